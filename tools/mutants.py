@@ -45,19 +45,17 @@ MARKS = "not nightly and not stress and not quad and not vdp and not window"
 ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "scaling": (
         ("analysis/scaling/*.py",),
-        ("tests/analysis/scaling", "tests/analysis/jod", "tests/analysis/test_scores_command.py"),
+        ("tests/analysis/scaling", "tests/analysis/test_jod.py", "tests/analysis/test_scores_command.py"),
     ),
     "classes": (("analysis/classes/*.py",), ("tests/analysis/classes", "tests/analysis/inference")),
     "comparisons": (("analysis/comparisons/*.py",), ("tests/analysis/comparisons",)),
     "records": (
         ("analysis/records/*.py",),
         (
-            "tests/analysis/test_ambiguous_records.py",
-            "tests/analysis/test_kept_files.py",
-            "tests/analysis/test_session_times.py",
+            "tests/analysis/test_records.py",
             "tests/analysis/comparisons",
             "tests/analysis/observers",
-            "tests/analysis/report/test_seen.py",
+            "tests/analysis/report/test_summary.py",
             "tests/analysis/series",
             "tests/runner/session",
             "tests/runner/test_changed_logs.py",
@@ -83,7 +81,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     ),
     "display": (
         ("devices/display/*.py", "devices/readings/colour_table.py"),
-        ("tests/devices/display", "tests/devices/test_display_file_one_eye.py", "tests/devices/readings"),
+        ("tests/devices/display", "tests/devices/test_display_file.py", "tests/devices/readings"),
     ),
     "compensation": (("devices/compensation/*.py",), ("tests/devices/compensation",)),
     "presenter": (

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import erf
 from scipy.stats import norm
@@ -17,11 +19,15 @@ from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle import plate_light, scatter_flakes
 from stimuli.sparkle.camera import expose, sensor_of, splat
+from stimuli.sparkle.cull import LEAST_LOBE_SHARE, Tiles, lit, slope_circles, that_matter, tiles_of, whole
 from stimuli.sparkle.flakes import Flakes
+from stimuli.sparkle.lamplight import illuminance_lx, lamp_directions, most_illuminance_lx
 from stimuli.sparkle.light import Colour, Light, Term
 from stimuli.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.studio import photograph, sparkle_map
+
+# The sparkle generator against the physics that it claims, and its fast paths against brute force.
 
 ROOT = Path(__file__).parents[2]
 NONE = np.zeros(0, np.int64)
@@ -35,17 +41,17 @@ def gray() -> SparklePlateRecipe:
 
 
 @pytest.fixture(scope="module")
-def plate(gray: SparklePlateRecipe) -> Plate:
+def sparkle_plate(gray: SparklePlateRecipe) -> Plate:
     return replace(gray.plate.plate(), width_mm=30.0, height_mm=20.0)
 
 
 @pytest.fixture(scope="module")
-def lamp(gray: SparklePlateRecipe) -> Lamp:
+def sparkle_lamp(gray: SparklePlateRecipe) -> Lamp:
     return gray.lamp
 
 
 @pytest.fixture(scope="module")
-def camera(gray: SparklePlateRecipe) -> Camera:
+def sparkle_camera(gray: SparklePlateRecipe) -> Camera:
     return gray.camera
 
 
@@ -58,16 +64,20 @@ def sparkle_at(x_mm: float, y_mm: float) -> Sparkles:
     return Sparkles(*(np.array([number]) for number in (x_mm, y_mm, 1000.0, 3e-4, 1.0)))
 
 
-def sd_of(plate: Plate, lamp: Lamp) -> float:
-    return float(lobe_sd(plate, np.radians(lamp.angular_radius_deg), 0.02))
+def sd_of(sparkle_plate: Plate, sparkle_lamp: Lamp) -> float:
+    return float(lobe_sd(sparkle_plate, np.radians(sparkle_lamp.angular_radius_deg), 0.02))
 
 
-def light_of(luminance: NDArray[np.float32], plate: Plate, lamp: Lamp, camera: Camera) -> Light:
+def light_of(luminance: NDArray[np.float32], sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera) -> Light:
     """Return a map of sparkles on the plate's base."""
     bare = plate_light(
-        replace(plate, flakes_per_mm2=0.0), [lamp], camera, "center", scatter_flakes(plate, 1).chosen(NONE)
+        replace(sparkle_plate, flakes_per_mm2=0.0),
+        [sparkle_lamp],
+        sparkle_camera,
+        "center",
+        scatter_flakes(sparkle_plate, 1).chosen(NONE),
     )
-    x, y = lamp.chromaticity_xy or (0.0, 0.0)
+    x, y = sparkle_lamp.chromaticity_xy or (0.0, 0.0)
     sparkles = Term(luminance, Colour((x / y, 1.0, (1 - x - y) / y)))
     return replace(bare, terms=(*bare.terms, sparkles))
 
@@ -75,8 +85,8 @@ def light_of(luminance: NDArray[np.float32], plate: Plate, lamp: Lamp, camera: C
 # Flakes
 
 
-def test_flakes_follow_their_distributions(plate: Plate) -> None:
-    flakes = scatter_flakes(replace(plate, flakes_per_mm2=400.0), 3)
+def test_flakes_follow_their_distributions(sparkle_plate: Plate) -> None:
+    flakes = scatter_flakes(replace(sparkle_plate, flakes_per_mm2=400.0), 3)
     n = len(flakes)
     assert n == pytest.approx(400 * 600, abs=5 * np.sqrt(400 * 600))
     assert np.abs(flakes.x_mm).max() <= 15
@@ -87,8 +97,12 @@ def test_flakes_follow_their_distributions(plate: Plate) -> None:
     assert flakes.diameter_mm.min() >= 0.008 * (1 - 1e-6)
     assert flakes.diameter_mm.max() <= 0.080 * (1 + 1e-6)
     # The bounds cut the lognormal's tails: the median is that of what is left.
-    low, high = norm.cdf(np.log(np.array([8.0, 80.0]) / plate.flake_diameter_median_um) / plate.flake_diameter_spread)
-    median_um = plate.flake_diameter_median_um * np.exp(plate.flake_diameter_spread * norm.ppf(0.5 * (low + high)))
+    low, high = norm.cdf(
+        np.log(np.array([8.0, 80.0]) / sparkle_plate.flake_diameter_median_um) / sparkle_plate.flake_diameter_spread
+    )
+    median_um = sparkle_plate.flake_diameter_median_um * np.exp(
+        sparkle_plate.flake_diameter_spread * norm.ppf(0.5 * (low + high))
+    )
     assert np.median(flakes.diameter_mm) == pytest.approx(median_um / 1000, rel=0.01)
     assert flakes.depth_mm.min() >= 0
     assert flakes.depth_mm.max() <= 0.040
@@ -114,14 +128,14 @@ def test_fresnel_at_the_normal_and_at_brewster_s_angle() -> None:
     assert transmittance(0.0, inside, 1.5) == pytest.approx(0.0)
 
 
-def test_a_flake_gives_back_the_light_that_it_receives(plate: Plate, lamp: Lamp) -> None:
+def test_a_flake_gives_back_the_light_that_it_receives(sparkle_plate: Plate, sparkle_lamp: Lamp) -> None:
     """Integrate the luminance inside the coat over directions: it must be reflectance times illuminance."""
-    index, tilted = plate.coat_refractive_index, lamp.model_copy(update={"zenith_deg": 25.0})
+    index, tilted = sparkle_plate.coat_refractive_index, sparkle_lamp.model_copy(update={"zenith_deg": 25.0})
     incoming = refract(tilted.direction, index)
     mirror = np.array([-incoming[0], -incoming[1], incoming[2]])
     side = np.array([1.0, 0.0, 0.0])
     up = np.cross(mirror, side)
-    step = 0.5 * sd_of(plate, tilted)
+    step = 0.5 * sd_of(sparkle_plate, tilted)
     total = 0.0
     for a in np.arange(-14, 15) * step:
         for b in np.arange(-14, 15) * step:
@@ -130,27 +144,29 @@ def test_a_flake_gives_back_the_light_that_it_receives(plate: Plate, lamp: Lamp)
             ray = ray / np.linalg.norm(ray)
             out = np.array([index * ray[0], index * ray[1], 0.0])
             out[2] = np.sqrt(1.0 - out[0] ** 2 - out[1] ** 2)
-            seen = shade(one_flake(), plate, tilted, 1e6 * out)
+            seen = shade(one_flake(), sparkle_plate, tilted, 1e6 * out)
             inside = float(seen.luminance_cd_m2[0]) * index**2 / transmittance(out[2], ray[2], index)
             total += float(inside * solid_angle)
     through = transmittance(tilted.direction[2], incoming[2], index)
     received = tilted.illuminance_lx * through / incoming[2]
-    assert total == pytest.approx(plate.flake_reflectance * received, rel=2e-3)
+    assert total == pytest.approx(sparkle_plate.flake_reflectance * received, rel=2e-3)
 
 
-def test_a_flake_is_brightest_half_way(plate: Plate, lamp: Lamp, camera: Camera) -> None:
-    eye = camera.position_mm("center")
-    h = half_way(refract(view_directions(np.zeros(1), np.zeros(1), eye), 1.5), refract(lamp.direction, 1.5))[0]
-    best = shade(one_flake(h[0] / h[2], h[1] / h[2]), plate, lamp, eye)
+def test_a_flake_is_brightest_half_way(sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera) -> None:
+    eye = sparkle_camera.position_mm("center")
+    h = half_way(refract(view_directions(np.zeros(1), np.zeros(1), eye), 1.5), refract(sparkle_lamp.direction, 1.5))[0]
+    best = shade(one_flake(h[0] / h[2], h[1] / h[2]), sparkle_plate, sparkle_lamp, eye)
     assert best.lobe_share[0] == pytest.approx(1.0, abs=1e-6)
-    off = np.tan(np.arctan(h[1] / h[2]) + sd_of(plate, lamp))
-    beside = shade(one_flake(0.0, off), plate, lamp, eye)
+    off = np.tan(np.arctan(h[1] / h[2]) + sd_of(sparkle_plate, sparkle_lamp))
+    beside = shade(one_flake(0.0, off), sparkle_plate, sparkle_lamp, eye)
     assert beside.lobe_share[0] == pytest.approx(np.exp(-0.5), rel=1e-3)
 
 
-def test_depth_moves_a_flake_between_the_eyes(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+def test_depth_moves_a_flake_between_the_eyes(sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera) -> None:
     deep = replace(one_flake(), depth_mm=np.array([0.3], np.float32))
-    left, right = (shade(deep, plate, lamp, camera.position_mm(eye)).x_mm[0] for eye in ("left", "right"))
+    left, right = (
+        shade(deep, sparkle_plate, sparkle_lamp, sparkle_camera.position_mm(eye)).x_mm[0] for eye in ("left", "right")
+    )
     # Behind the surface: uncrossed, by depth × the difference of tangents inside the coat.
     sine = 32.5 / np.hypot(32.5, 700) / 1.5
     assert right - left == pytest.approx(2 * 0.3 * sine / np.sqrt(1 - sine**2), rel=1e-6)
@@ -159,23 +175,25 @@ def test_depth_moves_a_flake_between_the_eyes(plate: Plate, lamp: Lamp, camera: 
 # Lens
 
 
-def splat_plain(sparkles: Sparkles, plate: Plate, camera: Camera) -> NDArray[np.float64]:
+def splat_plain(sparkles: Sparkles, sparkle_plate: Plate, sparkle_camera: Camera) -> NDArray[np.float64]:
     """The slow obvious twin: every flake's Gaussian over every pixel."""
-    columns, rows = camera.grid_px(plate)
-    size = plate.width_mm / columns, plate.height_mm / rows
+    columns, rows = sparkle_camera.grid_px(sparkle_plate)
+    size = sparkle_plate.width_mm / columns, sparkle_plate.height_mm / rows
     image = np.zeros((rows, columns))
     for x, y, luminance, area in zip(
         sparkles.x_mm, sparkles.y_mm, sparkles.luminance_cd_m2, sparkles.area_mm2, strict=True
     ):
-        across = (np.arange(columns + 1) - (x + plate.width_mm / 2) / size[0]) / camera.point_spread_sd_px
-        down = (np.arange(rows + 1) - (plate.height_mm / 2 - y) / size[1]) / camera.point_spread_sd_px
+        across = (
+            np.arange(columns + 1) - (x + sparkle_plate.width_mm / 2) / size[0]
+        ) / sparkle_camera.point_spread_sd_px
+        down = (np.arange(rows + 1) - (sparkle_plate.height_mm / 2 - y) / size[1]) / sparkle_camera.point_spread_sd_px
         shares = [np.diff(0.5 * (1 + erf(edges / np.sqrt(2)))) for edges in (down, across)]
         image += luminance * area / (size[0] * size[1]) * np.outer(*shares)
     return image
 
 
-def test_the_lens_spreads_light_as_the_plain_twin(plate: Plate, camera: Camera) -> None:
-    small = replace(plate, width_mm=3.0, height_mm=2.0)
+def test_the_lens_spreads_light_as_the_plain_twin(sparkle_plate: Plate, sparkle_camera: Camera) -> None:
+    small = replace(sparkle_plate, width_mm=3.0, height_mm=2.0)
     random = np.random.default_rng(1)
     n = 40
     sparkles = Sparkles(
@@ -185,9 +203,9 @@ def test_the_lens_spreads_light_as_the_plain_twin(plate: Plate, camera: Camera) 
         np.full(n, 3e-4),
         np.ones(n),
     )
-    slow = splat_plain(sparkles, small, camera)
+    slow = splat_plain(sparkles, small, sparkle_camera)
     for tile_px in (256, 7):
-        image, visited = splat(sparkles, small, camera, tile_px)
+        image, visited = splat(sparkles, small, sparkle_camera, tile_px)
         np.testing.assert_allclose(image, slow, rtol=0, atol=3e-4 * slow.max())
         assert visited == 1 if tile_px == 256 else 10 < visited <= n
 
@@ -195,10 +213,10 @@ def test_the_lens_spreads_light_as_the_plain_twin(plate: Plate, camera: Camera) 
 # Sensor
 
 
-def test_below_the_full_well_the_sensor_is_exact(camera: Camera, lamp: Lamp) -> None:
-    sensor = sensor_of(camera)
+def test_below_the_full_well_the_sensor_is_exact(sparkle_camera: Camera, sparkle_lamp: Lamp) -> None:
+    sensor = sensor_of(sparkle_camera)
     base = np.array([3.4, 3.5, 3.6])
-    white = XYZ_from_xyY([*(lamp.chromaticity_xy or ()), 1.0])
+    white = XYZ_from_xyY([*(sparkle_lamp.chromaticity_xy or ()), 1.0])
     sparkle = np.array([[0.0, 1.0, 40.0]], np.float32)
 
     def light(map_cd_m2: NDArray[np.float32]) -> Light:
@@ -212,15 +230,17 @@ def test_below_the_full_well_the_sensor_is_exact(camera: Camera, lamp: Lamp) -> 
     np.testing.assert_array_equal(fill[0, 1:], 1.0)
 
 
-def test_a_photograph_without_flakes_is_the_matt_base(plate: Plate, lamp: Lamp, camera: Camera) -> None:
-    bare = replace(plate, flakes_per_mm2=0.0)
+def test_a_photograph_without_flakes_is_the_matt_base(
+    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
+) -> None:
+    bare = replace(sparkle_plate, flakes_per_mm2=0.0)
     flakes = scatter_flakes(bare, 1)
     assert len(flakes) == 0
-    light = plate_light(bare, [lamp], camera, "left", flakes)
+    light = plate_light(bare, [sparkle_lamp], sparkle_camera, "left", flakes)
     assert len(light.terms) == 1
     assert light.counts["tiles"] == 0
-    picture = photograph(light, camera, 1 / 8, 0.25)
-    luminance = bare.base_reflectance * lamp.illuminance_lx / np.pi
+    picture = photograph(light, sparkle_camera, 1 / 8, 0.25)
+    luminance = bare.base_reflectance * sparkle_lamp.illuminance_lx / np.pi
     expected = XYZ_from_xyY([0.328, 0.338, luminance])
     assert picture.xyz_cd_m2.shape == (80, 120, 3)
     np.testing.assert_allclose(picture.xyz_cd_m2, np.broadcast_to(expected, (80, 120, 3)), rtol=1e-5)
@@ -251,79 +271,398 @@ def test_the_grey_plate_clips_as_table_4_3_says(gray: SparklePlateRecipe) -> Non
         assert green / 3 <= clipping.percent(clipping.green) <= green * 3, stimulus.name
 
 
-def test_equal_seeds_scatter_equal_flakes(plate: Plate) -> None:
-    one, same, other = scatter_flakes(plate, 1), scatter_flakes(plate, 1), scatter_flakes(plate, 2)
+def test_equal_seeds_scatter_equal_flakes(sparkle_plate: Plate) -> None:
+    one, same, other = (
+        scatter_flakes(sparkle_plate, 1),
+        scatter_flakes(sparkle_plate, 1),
+        scatter_flakes(sparkle_plate, 2),
+    )
     np.testing.assert_array_equal(one.slope_x, same.slope_x)
     np.testing.assert_array_equal(one.diameter_mm, same.diameter_mm)
     assert len(one) != len(other) or not np.array_equal(one.x_mm, other.x_mm)
 
 
 @pytest.mark.nightly
-def test_eyes_share_sparkles_as_their_half_way_directions_say(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+def test_eyes_share_sparkles_as_their_half_way_directions_say(
+    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
+) -> None:
     """Gaussian lobes over slopes of nearly constant density correlate as exp(−d² / 4σ²)."""
-    small = replace(plate, width_mm=4.0, height_mm=4.0, flakes_per_mm2=60_000.0)
+    small = replace(sparkle_plate, width_mm=4.0, height_mm=4.0, flakes_per_mm2=60_000.0)
     flakes = scatter_flakes(small, 5)
-    left, right = (shade(flakes, small, lamp, camera.position_mm(eye)) for eye in ("left", "right"))
+    left, right = (shade(flakes, small, sparkle_lamp, sparkle_camera.position_mm(eye)) for eye in ("left", "right"))
     one, other = left.lobe_share, right.lobe_share
     got = np.sum(one * other) / np.sqrt(np.sum(one**2) * np.sum(other**2))
     zero = np.zeros(1)
     h = [
-        half_way(refract(view_directions(zero, zero, camera.position_mm(eye)), 1.5), refract(lamp.direction, 1.5))[0]
+        half_way(
+            refract(view_directions(zero, zero, sparkle_camera.position_mm(eye)), 1.5),
+            refract(sparkle_lamp.direction, 1.5),
+        )[0]
         for eye in ("left", "right")
     ]
     apart = np.arccos(h[0] @ h[1])
-    assert got == pytest.approx(np.exp(-(apart**2) / (4 * sd_of(small, lamp) ** 2)), rel=0.03)
+    assert got == pytest.approx(np.exp(-(apart**2) / (4 * sd_of(small, sparkle_lamp) ** 2)), rel=0.03)
 
 
-def test_without_a_distance_between_them_the_eyes_agree(plate: Plate, lamp: Lamp, camera: Camera) -> None:
-    cyclops = camera.model_copy(update={"interpupillary_distance_mm": 0.0})
-    flakes = scatter_flakes(plate, 5)
-    maps = [sparkle_map(plate, lamp, cyclops, eye, flakes).luminance_cd_m2 for eye in ("left", "center", "right")]
+def test_without_a_distance_between_them_the_eyes_agree(
+    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
+) -> None:
+    cyclops = sparkle_camera.model_copy(update={"interpupillary_distance_mm": 0.0})
+    flakes = scatter_flakes(sparkle_plate, 5)
+    maps = [
+        sparkle_map(sparkle_plate, sparkle_lamp, cyclops, eye, flakes).luminance_cd_m2
+        for eye in ("left", "center", "right")
+    ]
     np.testing.assert_array_equal(maps[0], maps[1])
     np.testing.assert_array_equal(maps[0], maps[2])
-    apart = sparkle_map(plate, lamp, camera, "left", flakes).luminance_cd_m2
+    apart = sparkle_map(sparkle_plate, sparkle_lamp, sparkle_camera, "left", flakes).luminance_cd_m2
     assert not np.array_equal(maps[0], apart)
 
 
-def test_the_eyes_are_mirror_images(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+def test_the_eyes_are_mirror_images(sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera) -> None:
     """Mirror the plate left to right: with the lamp straight above, the left eye sees what the right one saw."""
-    flakes = scatter_flakes(plate, 5)
+    flakes = scatter_flakes(sparkle_plate, 5)
     mirrored = replace(flakes, x_mm=-flakes.x_mm, slope_x=-flakes.slope_x)
-    left = sparkle_map(plate, lamp, camera, "left", flakes).luminance_cd_m2
-    right = sparkle_map(plate, lamp, camera, "right", mirrored).luminance_cd_m2
+    left = sparkle_map(sparkle_plate, sparkle_lamp, sparkle_camera, "left", flakes).luminance_cd_m2
+    right = sparkle_map(sparkle_plate, sparkle_lamp, sparkle_camera, "right", mirrored).luminance_cd_m2
     np.testing.assert_allclose(left, right[:, ::-1], rtol=1e-4, atol=1e-4)
 
 
-def test_the_lens_keeps_all_light_and_its_place(plate: Plate, camera: Camera) -> None:
-    luminance, visited = splat(sparkle_at(2.5, 3.25), plate, camera, 16)
+def test_the_lens_keeps_all_light_and_its_place(sparkle_plate: Plate, sparkle_camera: Camera) -> None:
+    luminance, visited = splat(sparkle_at(2.5, 3.25), sparkle_plate, sparkle_camera, 16)
     assert visited == 1
     image = luminance.astype(np.float64)
     rows, columns = image.shape
-    pixel = (plate.width_mm / columns) * (plate.height_mm / rows)
+    pixel = (sparkle_plate.width_mm / columns) * (sparkle_plate.height_mm / rows)
     assert image.sum() * pixel == pytest.approx(1000.0 * 3e-4, rel=1e-6)
-    x = (image.sum(axis=0) @ (np.arange(columns) + 0.5)) / image.sum() * plate.width_mm / columns
-    y = (image.sum(axis=1) @ (np.arange(rows) + 0.5)) / image.sum() * plate.height_mm / rows
-    assert x - plate.width_mm / 2 == pytest.approx(2.5, abs=1e-3)
-    assert plate.height_mm / 2 - y == pytest.approx(3.25, abs=1e-3)
+    x = (image.sum(axis=0) @ (np.arange(columns) + 0.5)) / image.sum() * sparkle_plate.width_mm / columns
+    y = (image.sum(axis=1) @ (np.arange(rows) + 0.5)) / image.sum() * sparkle_plate.height_mm / rows
+    assert x - sparkle_plate.width_mm / 2 == pytest.approx(2.5, abs=1e-3)
+    assert sparkle_plate.height_mm / 2 - y == pytest.approx(3.25, abs=1e-3)
 
 
-def test_full_pixels_have_the_table_s_luminance(camera: Camera) -> None:
-    sensor = sensor_of(camera)
+def test_full_pixels_have_the_table_s_luminance(sparkle_camera: Camera) -> None:
+    sensor = sensor_of(sparkle_camera)
     for exposure_s, luminance in ((1 / 15, 205.3), (1 / 8, 109.6), (1.0, 13.7)):
         full = sensor.XYZ_from_raw @ np.ones(3) / exposure_s
         assert full[1] == pytest.approx(luminance, rel=2e-3)
 
 
-def test_a_longer_exposure_cuts_sparkles_and_leaves_the_base(plate: Plate, lamp: Lamp, camera: Camera) -> None:
-    light = plate_light(plate, [lamp], camera, "left", scatter_flakes(plate, 4))
-    short, long = (photograph(light, camera, seconds, 0.25) for seconds in (1 / 15, 1.0))
+def test_a_longer_exposure_cuts_sparkles_and_leaves_the_base(
+    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
+) -> None:
+    light = plate_light(sparkle_plate, [sparkle_lamp], sparkle_camera, "left", scatter_flakes(sparkle_plate, 4))
+    short, long = (photograph(light, sparkle_camera, seconds, 0.25) for seconds in (1 / 15, 1.0))
     assert long.xyz_cd_m2[..., 1].max() <= 13.7 * 1.001 < short.xyz_cd_m2[..., 1].max()
     assert max(long.saturated_percent) > max(short.saturated_percent)
     np.testing.assert_allclose(np.median(long.xyz_cd_m2, (0, 1)), np.median(short.xyz_cd_m2, (0, 1)), rtol=1e-3)
 
 
-def test_a_photograph_never_has_negative_light(plate: Plate, lamp: Lamp, camera: Camera) -> None:
+def test_a_photograph_never_has_negative_light(
+    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
+) -> None:
     """Between one full channel and three, the sensor's colours leave XYZ's positive octant only if the matrix does."""
     luminance = np.geomspace(1e-3, 1e6, 292 * 438, dtype=np.float32).reshape(292, 438)
-    picture = photograph(light_of(luminance, plate, lamp, camera), camera, 1 / 15, 0.0685)
+    picture = photograph(
+        light_of(luminance, sparkle_plate, sparkle_lamp, sparkle_camera), sparkle_camera, 1 / 15, 0.0685
+    )
     assert picture.xyz_cd_m2.min() > 0
+
+
+# What culling and tiles skip, against brute force.
+
+RECIPE, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")
+assert isinstance(RECIPE, SparklePlateRecipe)
+PLATE = replace(RECIPE.plate.plate(), width_mm=30.0, height_mm=20.0)
+LAMP, CAMERA = RECIPE.lamp, RECIPE.camera
+NEAR = LAMP.model_copy(update={"distance_mm": 300.0, "angular_radius_deg": 4.0, "beam_angle_deg": 36.0})
+
+
+def mean_of(plate: Plate, camera: Camera, tile_px: int = 256) -> float:
+    small = replace(plate, width_mm=60.0, height_mm=40.0)
+    found = sparkle_map(small, LAMP, camera, "left", scatter_flakes(small, 3), tile_px=tile_px)
+    return float(found.luminance_cd_m2.mean(dtype=np.float64))
+
+
+@pytest.mark.parametrize("lamp", [LAMP, NEAR], ids=["far", "near"])
+@pytest.mark.parametrize("eye", ["left", pytest.param("right", marks=pytest.mark.nightly)])
+def test_the_culled_render_equals_brute_force(lamp: Lamp, eye: str) -> None:
+    flakes = scatter_flakes(PLATE, 9)
+    base = PLATE.base_reflectance * lamp.illuminance_lx / np.pi
+    fast = sparkle_map(PLATE, lamp, CAMERA, eye, flakes)
+    slow = sparkle_map(PLATE, lamp, CAMERA, eye, flakes, cull=False)
+    assert np.abs(fast.luminance_cd_m2 - slow.luminance_cd_m2).max() <= 1e-3 * base
+    assert fast.luminance_cd_m2.mean() == pytest.approx(slow.luminance_cd_m2.mean(), rel=1e-4)
+    assert (slow.shaded, slow.splatted) == (len(flakes), len(flakes))
+    # The bound is tight: few are shaded in vain.
+    assert fast.splatted < fast.shaded < (1.25 if lamp is LAMP else 1.6) * fast.splatted < 0.2 * len(flakes)
+
+
+scenes = {
+    "zenith": st.floats(0, 88),
+    "azimuth": st.floats(0, 360),
+    "lamp_mm": st.none() | st.floats(60, 3000),
+    "radius": st.floats(0, 20),
+    "distance": st.floats(60, 3000),
+    "side": st.floats(-200, 200),
+    "width": st.floats(1, 400),
+    "lobe": st.floats(0.1, 8),
+    "index": st.floats(1.0, 2.5),
+    "diffraction": st.none() | st.floats(400, 700),
+    "least_share": st.sampled_from([1e-2, 1e-4, 1e-6, 1e-8]),
+    "tile_px": st.sampled_from([16, 64, 256]),
+    "seed": st.integers(0, 1000),
+}
+
+
+@settings(max_examples=20, deadline=None)
+@given(**scenes)
+def test_no_flake_that_matters_is_dropped(
+    zenith: float,
+    azimuth: float,
+    lamp_mm: float | None,
+    radius: float,
+    distance: float,
+    side: float,
+    width: float,
+    lobe: float,
+    index: float,
+    diffraction: float | None,
+    least_share: float,
+    tile_px: int,
+    seed: int,
+) -> None:
+    plate = replace(
+        PLATE,
+        width_mm=width,
+        height_mm=0.7 * width,
+        lobe_sd_deg=lobe,
+        coat_refractive_index=index,
+        tilt_sd_deg=15.0,
+        flakes_per_mm2=8000 / (0.7 * width**2),
+        diffraction_nm=diffraction,
+    )
+    lamp = LAMP.model_copy(
+        update={"zenith_deg": zenith, "azimuth_deg": azimuth, "distance_mm": lamp_mm, "angular_radius_deg": radius}
+    )
+    camera = CAMERA.model_copy(update={"resolution_px_per_mm": 400 / width})
+    eye = np.array([side, 0.0, distance])
+    flakes = scatter_flakes(plate, seed)
+    tiles = tiles_of(plate, camera, tile_px)
+    kept = that_matter(flakes, plate, lamp, eye, tiles, least_share)
+    assert np.all(np.diff(kept) > 0)
+    dropped = flakes.chosen(np.setdiff1d(np.arange(len(flakes)), kept))
+    shares = shade(dropped, plate, lamp, eye).lobe_share
+    assert shares.size == 0 or shares.max() < least_share
+    # And flakes put where the bound is tried hardest: half way between eye and lamp at each place, turned by a lobe's
+    # reach in all directions, so that half of them matter by little and half of them do not.
+    hard = at_the_edge(flakes, plate, lamp, eye, least_share)
+    kept = that_matter(hard, plate, lamp, eye, tiles, least_share)
+    dropped = hard.chosen(np.setdiff1d(np.arange(len(hard)), kept))
+    shares = shade(dropped, plate, lamp, eye).lobe_share
+    assert shares.size == 0 or shares.max() < least_share
+
+
+def at_the_edge(
+    flakes: Flakes, plate: Plate, lamp: Lamp, eye: np.ndarray[tuple[int, ...], np.dtype[np.float64]], least_share: float
+) -> Flakes:
+    from stimuli.sparkle.lamplight import angular_radius
+    from stimuli.sparkle.optics import lobe_sd
+
+    x, y = flakes.x_mm.astype(np.float64), flakes.y_mm.astype(np.float64)
+    index = plate.coat_refractive_index
+    h = half_way(refract(view_directions(x, y, eye), index), refract(lamp_directions(lamp, x, y), index))
+    sd = lobe_sd(plate, angular_radius(lamp, x, y), flakes.diameter_mm.astype(np.float64))
+    angle = 2 * np.arcsin(np.minimum(1.0, 0.5 * sd * np.sqrt(-2 * np.log(least_share)) * np.ones(len(x)))) * 0.999
+    side = np.cross(h, [0.3, 0.5, 0.0])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    turn = np.linspace(0, 40 * np.pi, len(flakes))[:, None]
+    axis = np.cos(turn) * side + np.sin(turn) * np.cross(h, side)
+    normal = np.cos(angle)[:, None] * h + np.sin(angle)[:, None] * axis
+    up = normal[:, 2] > 0.01
+    assume(up.any())
+    chosen = flakes.chosen(up)
+    slopes = (normal[up, :2] / normal[up, 2:]).astype(np.float32)
+    return replace(chosen, slope_x=slopes[:, 0], slope_y=slopes[:, 1])
+
+
+SPOT = NEAR.model_copy(update={"distance_mm": 120.0, "beam_angle_deg": 10.0, "angular_radius_deg": 1.0})
+
+
+def test_no_flake_of_a_dark_tile_is_shaded_and_every_lit_one_as_without_a_beam() -> None:
+    flakes, eye = scatter_flakes(PLATE, 1), CAMERA.position_mm("left")
+    tiles = tiles_of(PLATE, CAMERA, 32)
+    narrow = SPOT.model_copy(update={"distance_mm": 20.0})
+    light = lit(tiles, narrow, LEAST_LOBE_SHARE)
+    assert 0 < light.sum() < len(tiles)
+    found = that_matter(flakes, PLATE, narrow, eye, tiles)
+    everywhere = that_matter(flakes, PLATE, narrow.model_copy(update={"beam_angle_deg": None}), eye, tiles)
+    tile = tiles.of_places(flakes.x_mm[everywhere], flakes.y_mm[everywhere])
+    np.testing.assert_array_equal(found, everywhere[light[tile]])
+    # What is dropped gets less than a millionth of the light in the middle.
+    dark = flakes.chosen(everywhere[~light[tile]])
+    got = illuminance_lx(narrow, dark.x_mm.astype(np.float64), dark.y_mm.astype(np.float64))
+    assert np.asarray(got).max() < LEAST_LOBE_SHARE * narrow.illuminance_lx
+
+
+def test_work_grows_with_what_is_seen_and_not_with_what_is_there() -> None:
+    """Flakes tilted away from all half-way directions are never shaded, however many there are."""
+    numbers = (0.0, 0.0, 0.01, 0.02, 2.0, -2.0)
+    away = Flakes(*(np.full(100_000, number, np.float32) for number in numbers))
+    found = sparkle_map(PLATE, LAMP, CAMERA, "left", away)
+    assert (found.flakes, found.shaded, found.splatted, found.tiles_visited) == (100_000, 0, 0, 0)
+    assert not found.luminance_cd_m2.any()
+
+
+# Energy
+
+
+def test_the_error_follows_the_threshold() -> None:
+    flakes = scatter_flakes(PLATE, 9)
+    slow = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes, cull=False).luminance_cd_m2
+    work, errors = [], []
+    for least_share in (1e-2, 1e-4, 1e-6, 1e-8):
+        fast = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes, least_share=least_share)
+        work.append(fast.shaded)
+        errors.append(float(np.abs(fast.luminance_cd_m2 - slow).max()) / float(slow.max()))
+    assert work == sorted(work)
+    assert errors == sorted(errors, reverse=True)
+    # The share is of a lobe's peak, which no pixel of few flakes exceeds.
+    assert all(error < 3 * share for error, share in zip(errors[:3], (1e-2, 1e-4, 1e-6), strict=True))
+
+
+def test_a_circle_holds_what_it_has_to_and_little_more() -> None:
+    """The half-way direction itself, sampled in each tile, with a lobe next to nothing."""
+    plate = replace(PLATE, width_mm=300.0, height_mm=200.0, lobe_sd_deg=1e-4)
+    for lamp in (
+        LAMP.model_copy(update={"angular_radius_deg": 0.0}),
+        NEAR.model_copy(update={"angular_radius_deg": 0.0}),
+    ):
+        for tiles in (whole(plate), tiles_of(plate, CAMERA.model_copy(update={"resolution_px_per_mm": 2.0}), 50)):
+            eye = CAMERA.position_mm("left")
+            centres, radii = slope_circles(tiles, plate, lamp, eye, LEAST_LOBE_SHARE)
+            x, y = (np.random.default_rng(1).uniform(-0.5, 0.5, (2, 200_000)).T * [300, 200]).T
+            h = half_way(refract(view_directions(x, y, eye), 1.5), refract(lamp_directions(lamp, x, y), 1.5))
+            slopes = h[:, :2] / h[:, 2:]
+            tile = tiles.of_places(x.astype(np.float32), y.astype(np.float32))
+            away = np.linalg.norm(slopes - centres[tile], axis=1) / radii[tile]
+            assert 0.3 < away.max() <= 1.0
+
+
+@pytest.mark.parametrize("tile_px", [1, 7, 64, 256, 10_000])
+def test_tiles_cover_the_plate_once(tile_px: int) -> None:
+    camera = CAMERA.model_copy(update={"resolution_px_per_mm": 3.3})
+    tiles = tiles_of(PLATE, camera, tile_px)
+    x, y, reach = tiles.middles_mm()
+    assert len(tiles) == len(x) == len(reach) == tiles.columns * tiles.rows
+    random = np.random.default_rng(2)
+    px = random.uniform(-15, 15, 5000).astype(np.float32)
+    py = random.uniform(-10, 10, 5000).astype(np.float32)
+    tile = tiles.of_places(px, py)
+    assert np.all(np.hypot(px - x[tile], py - y[tile]) <= reach[tile] * (1 + 1e-6))
+    if tile_px == 64:
+        assert len(np.unique(tile)) == len(tiles) == 4
+    corners = tiles.of_places(np.array([-15, 15], np.float32), np.array([10, -10], np.float32))
+    assert corners.tolist() == [0, len(tiles) - 1]
+
+
+def test_tiles_without_content_are_not_visited() -> None:
+    """Flakes that lie flat shine only where the lamp's mirror image stands: the other tiles are left alone."""
+    calm = replace(PLATE, width_mm=150.0, height_mm=100.0, tilt_sd_deg=0.2, lobe_sd_deg=0.2, flakes_per_mm2=2.0)
+    above = LAMP.model_copy(update={"zenith_deg": 4.0, "angular_radius_deg": 0.5})
+    flakes = scatter_flakes(calm, 1)
+    fast = sparkle_map(calm, above, CAMERA, "center", flakes)
+    slow = sparkle_map(calm, above, CAMERA, "center", flakes, cull=False)
+    assert 0 < fast.tiles_visited < 0.6 * fast.tiles
+    assert slow.tiles_visited == slow.tiles == fast.tiles
+    assert fast.shaded < 0.5 * len(flakes)
+    np.testing.assert_allclose(
+        fast.luminance_cd_m2, slow.luminance_cd_m2, atol=1e-5 * float(slow.luminance_cd_m2.max())
+    )
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("tile_px", [256, pytest.param(64, marks=pytest.mark.stress)])
+def test_tiles_beyond_a_lamp_s_beam_are_dark_and_not_visited(tile_px: int) -> None:
+    """A spot of 10° on a whole plate: most of it gets less than a millionth of the light in the middle."""
+    wide = replace(PLATE, width_mm=300.0, height_mm=200.0, flakes_per_mm2=0.8, tilt_sd_deg=20.0)
+    flakes = scatter_flakes(wide, 2)
+    fast = sparkle_map(wide, SPOT, CAMERA, "left", flakes, tile_px=tile_px)
+    slow = sparkle_map(wide, SPOT, CAMERA, "left", flakes, cull=False, tile_px=tile_px)
+    assert 0 < fast.tiles_visited <= fast.tiles_lit < 0.5 * fast.tiles
+    assert slow.tiles_lit == slow.tiles == fast.tiles
+    peak = float(slow.luminance_cd_m2.max())
+    assert float(np.abs(fast.luminance_cd_m2 - slow.luminance_cd_m2).max()) <= 3 * LEAST_LOBE_SHARE * peak
+    # A beam that is not one lights all of it, and the same flakes matter as before.
+    whole_plate = SPOT.model_copy(update={"beam_angle_deg": None})
+    assert sparkle_map(wide, whole_plate, CAMERA, "left", flakes, tile_px=tile_px).tiles_lit == fast.tiles
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    zenith=st.floats(0, 88),
+    azimuth=st.floats(0, 360),
+    lamp_mm=st.floats(5, 3000),
+    beam=st.none() | st.floats(1, 170),
+    width=st.floats(1, 400),
+    tile_px=st.sampled_from([16, 64, 256]),
+)
+def test_no_place_of_a_tile_gets_more_light_than_its_bound(
+    zenith: float, azimuth: float, lamp_mm: float, beam: float | None, width: float, tile_px: int
+) -> None:
+    plate = replace(PLATE, width_mm=width, height_mm=0.7 * width)
+    lamp = LAMP.model_copy(
+        update={"zenith_deg": zenith, "azimuth_deg": azimuth, "distance_mm": lamp_mm, "beam_angle_deg": beam}
+    )
+    tiles = tiles_of(plate, CAMERA.model_copy(update={"resolution_px_per_mm": 200 / width}), tile_px)
+    x, y = (0.5 * side * np.linspace(-1, 1, 81) for side in (plate.width_mm, plate.height_mm))
+    places = [grid.ravel() for grid in np.meshgrid(x, y)]
+    tile = tiles.of_places(places[0].astype(np.float32), places[1].astype(np.float32))
+    middle_x, middle_y, reach = tiles.middles_mm()
+    bound = most_illuminance_lx(lamp, middle_x, middle_y, reach * (1 + 1e-5))
+    assert np.all(illuminance_lx(lamp, *places) <= bound[tile] * (1 + 1e-12))
+
+
+def test_the_bound_of_light_is_tight_in_small_tiles() -> None:
+    tiles = tiles_of(replace(PLATE, width_mm=150.0, height_mm=100.0), CAMERA, 8)
+    x, y, reach = tiles.middles_mm()
+    light = np.asarray(illuminance_lx(NEAR, x, y))
+    assert np.all(light <= most_illuminance_lx(NEAR, x, y, reach))
+    assert np.all(most_illuminance_lx(NEAR, x, y, reach) <= 1.05 * light)
+
+
+@pytest.mark.nightly
+def test_the_size_of_pixels_and_tiles_does_not_change_the_mean_luminance() -> None:
+    """The lens's spread stays as it is in millimetres, so that as much light leaves over the border."""
+    usual = mean_of(PLATE, CAMERA)
+    fine = CAMERA.model_copy(update={"resolution_px_per_mm": 29.2, "point_spread_sd_px": 2.0})
+    coarse = CAMERA.model_copy(update={"resolution_px_per_mm": 7.3, "point_spread_sd_px": 0.5})
+    assert mean_of(PLATE, fine) == pytest.approx(usual, rel=1e-3)
+    assert mean_of(PLATE, coarse) == pytest.approx(usual, rel=1e-3)
+    for tile_px in (128, 64, 33):
+        assert mean_of(PLATE, CAMERA, tile_px) == pytest.approx(usual, rel=1e-6)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("pitch_mm", "tolerance"), [(0.25, 1e-5), (0.2768, 1e-3)])
+def test_halving_the_display_s_pixels_does_not_change_the_mean_luminance(pitch_mm: float, tolerance: float) -> None:
+    """The whole plate, the sensor not full; at the shipped display's pitch the plate's border cuts through pixels."""
+    plate = replace(PLATE, width_mm=150.0, height_mm=100.0, flakes_per_mm2=20.0)
+    light = plate_light(plate, [LAMP], CAMERA, "left", scatter_flakes(plate, 3))
+    one, half = (
+        float(photograph(light, CAMERA, 1e-4, pitch).xyz_cd_m2[..., 1].mean(dtype=np.float64))
+        for pitch in (pitch_mm, pitch_mm / 2)
+    )
+    assert half == pytest.approx(one, rel=tolerance)
+
+
+def test_tiles_change_no_pixel() -> None:
+    flakes = scatter_flakes(PLATE, 9)
+    usual = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes).luminance_cd_m2
+    for tile_px in (128, 37):
+        again = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes, tile_px=tile_px).luminance_cd_m2
+        np.testing.assert_allclose(again, usual, rtol=1e-6, atol=1e-9)
+
+
+def test_equal_tiles_are_equal_values() -> None:
+    assert tiles_of(PLATE, CAMERA) == Tiles(30.0, 20.0, 438, 292, 256)

@@ -1,4 +1,4 @@
-"""Factors, statistics, sparkle measures and resampling at their edges."""
+"""Luminance, measures of pictures and what the eye resolves, at any size, light and distance."""
 
 from __future__ import annotations
 
@@ -10,14 +10,35 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.characterise import table_c1_codes
+from devices.characterise.thesis import thesis_fits
 from devices.display import DisplayModel, ToneCurve
-from stimuli.luminance import picture_statistics
+from stimuli.comparison import summarise
+from stimuli.errors import StimulusError
+from stimuli.luminance import contrast_over_exposure, picture_statistics
 from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors
-from stimuli.pictures import StereoImage, resample_picture
+from stimuli.measures import (
+    PicturePair,
+    SeenPicture,
+    ViewingConditions,
+    difference_map,
+    measure_named,
+    measure_names,
+    measure_pairs,
+    measure_pictures,
+    pu21_decoded,
+    pu21_encoded,
+)
+from stimuli.pictures import StereoImage, resample_picture, rows
 from stimuli.pictures.resampling import Filter, axis_weights
 from stimuli.sparkle import SparkleMeasures, measure_sparkles
+from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress
+
+
+# Factors, statistics, sparkle measures and resampling at their edges.
+
 CURVES = (ToneCurve(gamma=2.2),) * 3
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 
@@ -154,3 +175,185 @@ def test_resampling_over_all_ratios_keeps_light() -> None:
         assert weights.data.min() >= 0
     print(f"largest relative loss of light {worst:.1e}")
     assert worst < 1e-9
+
+
+# Measures of pictures at the edges: any size, any light, any distance, noise of any strength, large pictures.
+
+MEASURES_WHITE = np.array([95.0, 100.0, 108.9])
+# What ends with the package `vdp` is tested by itself.
+NAMES = tuple(name for name in measure_names(installed_only=True) if name != "cvvdp")
+
+
+def grain(shape: tuple[int, int], seed: int = 1) -> NDArray[np.float32]:
+    rng = np.random.default_rng(seed)
+    return np.asarray(
+        rng.gamma(2.0, 10.0, (*shape, 1)) * rng.uniform(0.7, 1.3, (*shape, 3)) * MEASURES_WHITE / 100, np.float32
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("shape", [(1, 1), (1, 60), (60, 1), (11, 11), (12, 200), (131, 67)])
+def test_any_size(name: str, shape: tuple[int, int]) -> None:
+    picture = grain(shape)
+    viewing = ViewingConditions(45.0, MEASURES_WHITE)
+    if name == "pu-ssim" and min(shape) < 11:
+        with pytest.raises(StimulusError, match="the window of SSIM is 11 × 11"):
+            measure_pictures(picture, picture, [name], viewing)
+        return
+    measure = measure_named(name)
+    assert measure_pictures(picture, picture, [name], viewing)[name].eyes["both"].value == measure.identical
+    other = measure_pictures(picture, 1.2 * picture, [name], viewing)[name].eyes["both"].value
+    assert np.isfinite(other)
+    assert (other < measure.identical) == (measure.better == "higher")
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("pixels_per_degree", [0.05, 1.0, 10.0, 60.0, 300.0, 2000.0])
+def test_any_distance(name: str, pixels_per_degree: float) -> None:
+    picture = grain((64, 48))
+    value = measure_pictures(picture, 1.1 * picture, [name], ViewingConditions(pixels_per_degree, MEASURES_WHITE))[name]
+    assert np.isfinite(value.eyes["both"].value)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("luminance", [1e-30, 1e-6, 1e-3, 1.0, 1e4, 1e8])
+def test_any_light(name: str, luminance: float) -> None:
+    reference, test = (np.asarray(grain((40, 40), seed) * np.float32(luminance / 20)) for seed in (1, 2))
+    viewing = ViewingConditions(45.0, MEASURES_WHITE)
+    if name == "hdr-flip" and luminance < 1e-4:
+        # Nothing but light that the exposures of HDR-ꟻLIP cannot lift is refused.
+        with pytest.raises(StimulusError, match="the reference is black"):
+            measure_pictures(reference, test, [name], viewing)
+        return
+    table = measure_pictures(reference, test, [name], viewing)
+    value = table[name].eyes["both"].value
+    assert not np.isnan(value)
+    if luminance == 1.0:
+        assert value != measure_named(name).identical
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_more_noise_is_farther(name: str) -> None:
+    reference = grain((96, 96))
+    noise = np.random.default_rng(5).standard_normal(reference.shape).astype(np.float32)
+    viewing = ViewingConditions(45.0, MEASURES_WHITE)
+    values = [
+        measure_pictures(reference, reference * np.exp(strength * noise), [name], viewing)[name].eyes["both"].value
+        for strength in (0.0, 0.005, 0.02, 0.08, 0.3)
+    ]
+    assert values == sorted(values, reverse=measure_named(name).better == "higher")
+    assert len(set(values)) == len(values)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("band_rows", [1, 3, 17, 64])
+def test_bands_of_any_height_make_the_map_of_the_whole(
+    monkeypatch: pytest.MonkeyPatch, name: str, band_rows: int
+) -> None:
+    reference, test = grain((97, 53)), grain((97, 53), 2)
+    viewing = ViewingConditions(120.0, MEASURES_WHITE)
+    whole = measure_named(name).measure(reference, test, viewing).error_map
+    monkeypatch.setattr(rows, "BAND_PIXELS", 53 * band_rows)
+    banded = measure_named(name).measure(reference, test, viewing).error_map
+    assert whole is not None
+    assert banded is not None
+    # Sums of S-CIELAB's wide Gaussians, in single precision, are added up in another order.
+    np.testing.assert_allclose(banded, whole, rtol=0, atol=2e-3 if name.startswith("s-cielab") else 1e-6)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name in ("hdr-flip", "pu-ssim")])
+def test_six_megapixels_in_little_memory(name: str) -> None:
+    class Stripes:
+        shape = (2000, 3000, 3)
+
+        def __init__(self, factor: float) -> None:
+            self.factor = factor
+
+        def __getitem__(self, part: slice) -> NDArray[np.float32]:
+            start, stop, _ = part.indices(self.shape[0])
+            waves = np.sin(np.arange(start, stop)[:, None] * 0.7 + np.arange(self.shape[1]) * 1.3, dtype=np.float32)
+            return np.asarray((20 + 15 * waves)[..., None] * (self.factor * MEASURES_WHITE / 100).astype(np.float32))
+
+    tracemalloc.start()
+    pair = {"both": PicturePair(Stripes(1.0), Stripes(1.03))}
+    table = measure_pairs(pair, [name], ViewingConditions(45.0, MEASURES_WHITE), map_longest_px=900)  # type: ignore[arg-type]
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    # Twenty-four of the map in single precision; the packages' own memory is not traced.
+    assert peak < 250e6
+    small = table[name].eyes["both"].error_map
+    assert small is not None
+    assert max(small.shape) <= 900
+
+
+def test_pu21_is_monotonic_and_undone_over_its_range() -> None:
+    light = np.geomspace(0.005, 10_000.0, 100_001)
+    values = pu21_encoded(light)
+    assert (np.diff(values) > 0).all()
+    np.testing.assert_allclose(pu21_decoded(values), light, rtol=1e-6)
+
+
+# ΔE00 and what the eye resolves, at the edges: 36 megapixels, lone pixels, any light, any distance.
+def test_thirty_six_megapixels_in_a_gigabyte() -> None:
+    tracemalloc.start()
+    plain = difference_map(Sheet(1.0), Sheet(1.03), WHITE)
+    seen = difference_map(
+        SeenPicture(Sheet(1.0), 178, WHITE), SeenPicture(Sheet(1.03), 178, WHITE), WHITE, filtered=True
+    )
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 1e9
+    assert summarise(plain, 1.4).pixels == 4912 * 7360
+    # The stripes are finer than the eye resolves: what is left is the luminance factor, everywhere alike.
+    assert seen[200:-200, 200:-200].std() < 0.02 < plain.std()
+
+
+@pytest.mark.parametrize("pixels_per_degree", [0.01, 1.0, 10.0, 100.0, 1e4, 1e5])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 50), (50, 1), (2, 3), (31, 64)])
+def test_any_size_at_any_distance(shape: tuple[int, int], pixels_per_degree: float) -> None:
+    xyz = np.random.default_rng(1).gamma(0.5, 10.0, (*shape, 3))
+    seen = SeenPicture(xyz, pixels_per_degree, WHITE)[:]
+    assert seen.shape == xyz.shape
+    assert np.isfinite(seen).all()
+    assert seen.max() <= 1.5 * xyz.max()
+    np.testing.assert_allclose(
+        SeenPicture(np.ones_like(xyz), pixels_per_degree, WHITE)[:], np.ones_like(xyz), rtol=0, atol=1e-4
+    )
+
+
+# The thesis's own methods swept: curves from ramps, camera RGB of any sensor, contrast of large pictures.
+def test_every_gog_display_s_curves_come_back_from_its_ramps() -> None:
+    """Channels with offsets up to 0.08, which give light at code 0, gammas of 1.2 to 3 and any mixing primaries."""
+    random = np.random.default_rng(4)
+    codes = table_c1_codes()
+    worst = np.zeros(3)
+    for _ in range(60):
+        offsets = random.uniform(0, 0.08, 3) * (random.random(3) < 0.5)
+        curves = [
+            ToneCurve(float(random.uniform(0.8, 1.2)), float(offset), float(random.uniform(1.2, 3)))
+            for offset in offsets
+        ]
+        primaries = np.diag(random.uniform(5, 60, 3)) + random.uniform(0, 4, (3, 3))
+        XYZ = DisplayModel(np.zeros(3), primaries, (curves[0], curves[1], curves[2])).xyz(codes)
+        for fit, curve in zip(thesis_fits(codes, XYZ, primaries).forward["gog"], curves, strict=True):
+            true = np.array([curve.gain, curve.offset, curve.gamma])
+            worst = np.maximum(worst, np.abs(fit.coefficients[:3] - true))
+    assert worst.max() < 1e-6
+
+
+def test_contrast_of_twelve_megapixels_takes_little_more_than_the_pictures() -> None:
+    """Three exposures of 4000 × 3000 pixels with 10,000 sparkles: the contrast is exact, memory 0.5 GB beside them."""
+    random = np.random.default_rng(6)
+    rows, columns = (random.choice(np.arange(8, size - 8, 16), 10_000) for size in (3000, 4000))
+    pictures = []
+    for exposure_s in (0.1, 0.5, 1.0):
+        light = np.full((3000, 4000, 3), 2.0, np.float32)
+        light[rows, columns] = min(100.0, 10.0 / exposure_s)
+        pictures.append((f"{exposure_s} s", exposure_s, StereoImage.flat(light)))
+    tracemalloc.start()
+    found = contrast_over_exposure(pictures)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    contrasts = [row.as_photographed.contrast.value for row in found.rows]
+    assert contrasts == pytest.approx([49, 9, 4], rel=1e-6)
+    assert most < 5e8

@@ -14,7 +14,7 @@ from devices.readings.read import measurements_of
 from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.presenter import MODES, find_mode, open_surface
-from tests.devices.readings.test_diagnostic_sets import read_sets
+from tests.devices.readings.test_sets import read_sets
 from tests.runner.measuring.test_commands import DISPLAY, RIG
 from tests.stress.killed_measurement import kill_and_resume
 

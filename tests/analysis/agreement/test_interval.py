@@ -1,16 +1,25 @@
-"""The interval of a correlation contains the truth as often as it says, also where that is 1."""
+"""Correlations: SciPy's one by one, a permutation test with its level, an interval with its coverage."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import permutations, product
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy import stats
 
-from analysis.agreement import KINDS, CorrelationKind, correlation, correlation_interval
+from analysis.agreement import KINDS, CorrelationKind, chance, chance_of_agreement, correlation, correlation_interval
+from analysis.agreement.chance import least_p
+from analysis.agreement.correlations import direction, mean_ranks
 from analysis.agreement.interval import Observed, mean_interval
 from documents.arrays import Floats
 from tests.choice import nightly
 
 
+# The interval of a correlation contains the truth as often as it says, also where that is 1.
 def study(
     truth: Floats, observers: int, sd: float, random: np.random.Generator, draws: int = 300
 ) -> tuple[Floats, Floats]:
@@ -102,3 +111,89 @@ def test_observers_who_follow_the_measure_exactly(kind: CorrelationKind) -> None
     values = np.array([1.0, 2.0, 3.0, 5.0])
     low, high = correlation_interval(values, np.zeros((50, 4)), 5, values, kind)
     assert (low, high) == pytest.approx((1.0, 1.0), abs=1e-6)
+
+
+# Correlations in a batch are SciPy's one by one, also with ties; what is constant correlates with nothing.
+
+PEERS: dict[str, Any] = {"pearson": stats.pearsonr, "spearman": stats.spearmanr, "kendall": stats.kendalltau}
+
+
+@pytest.mark.parametrize("count", [1, 2, 20, 21])
+def test_ranks_are_scipys_for_few_values_and_many(count: int) -> None:
+    values = np.rint(np.random.default_rng(5).normal(0, 3, (50, 2, count)))
+    values[:7, :, 0] = np.inf
+    assert np.array_equal(mean_ranks(values), stats.rankdata(values, axis=-1))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("whole_numbers", [False, True])
+def test_a_batch_is_scipys_one_by_one(kind: CorrelationKind, whole_numbers: bool) -> None:
+    random = np.random.default_rng(4)
+    scores, values = random.normal(0, 2, (40, 3, 8)), random.normal(0, 2, 8)
+    if whole_numbers:  # many ties
+        scores, values = np.rint(scores), np.rint(values)
+    expected = [[PEERS[kind](row, values)[0] for row in rows] for rows in scores]
+    assert correlation(scores, values, kind) == pytest.approx(np.array(expected), abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_does_not_vary_correlates_with_nothing(kind: CorrelationKind) -> None:
+    rising = np.arange(5.0)
+    # 0.1 + 0.2 is not 0.3: such a constant differs by rounding.
+    constant = np.array([0.3, 0.1 + 0.2, 0.3, 0.3, 0.1 + 0.2])
+    assert correlation(constant, rising, kind) == 0
+    assert correlation(rising, constant, kind) == 0
+
+
+@pytest.mark.parametrize("kind", ["spearman", "kendall"])
+def test_values_equal_but_for_rounding_are_ties(kind: CorrelationKind) -> None:
+    scores = np.array([1.0, 2.0, 3.0, 4.0])
+    near = np.array([0.3, 0.1 + 0.2, 0.7, 0.9])
+    assert correlation(scores, near, kind) == correlation(scores, np.array([0.3, 0.3, 0.7, 0.9]), kind)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_direction_of_a_measure_agrees_with_it_perfectly(kind: CorrelationKind) -> None:
+    values = np.array([3.0, -1.0, 10.0, 4.0])
+    along = direction(values, kind)
+    assert along.sum() == pytest.approx(0, abs=1e-12)
+    assert along @ along == pytest.approx(1, abs=1e-12)
+    assert correlation(along, values, kind) == pytest.approx(1, abs=1e-12)
+
+
+# The permutation test counts all orders, keeps its level for noise, and finds a measure that agrees.
+def rank_agreement(scores: Floats, values: Floats) -> Callable[[NDArray[np.intp]], Floats]:
+    return lambda orders: correlation(scores[orders], values, "spearman")
+
+
+def test_all_orders_of_two_groups_are_counted() -> None:
+    random = np.random.default_rng(2)
+    groups = [(random.normal(size=size), random.normal(size=size)) for size in (3, 4)]
+    measured = sum(float(correlation(scores, values, "spearman")) for scores, values in groups)
+    sums = [
+        sum(
+            float(correlation(scores[list(order)], values, "spearman"))
+            for (scores, values), order in zip(groups, orders, strict=True)
+        )
+        for orders in product(permutations(range(3)), permutations(range(4)))
+    ]
+    expected = np.mean(np.array(sums) >= measured - 1e-9)
+    assert chance_of_agreement([3, 4], [rank_agreement(*group) for group in groups]) == pytest.approx(expected)
+
+
+def test_drawn_orders_give_what_all_orders_give(monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(8)
+    scores = random.normal(size=6)
+    test = rank_agreement(scores, scores + random.normal(0, 1.0, 6))
+    exact = chance_of_agreement([6], [test])
+    monkeypatch.setattr(chance, "MOST_EXACT", 0)
+    # Four standard errors of a share of 9999 draws.
+    assert chance_of_agreement([6], [test]) == pytest.approx(exact, abs=4 * np.sqrt(exact * (1 - exact) / 9999))
+
+
+def test_the_least_p() -> None:
+    assert least_p([3]) == pytest.approx(1 / 6)
+    assert least_p([3, 4]) == pytest.approx(1 / 144)
+    # Of draws and the measured order.
+    assert least_p([20]) == pytest.approx(1e-4)
+    assert least_p([300]) == pytest.approx(1e-3)

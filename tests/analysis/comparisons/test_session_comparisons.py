@@ -1,18 +1,34 @@
-"""From sessions to comparisons, and what must not be mixed."""
+"""From sessions to comparisons, in the groups that they fall into."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from analysis.comparisons import from_sessions
+from analysis.comparisons import (
+    Answer,
+    Comparisons,
+    SessionGroups,
+    from_answers,
+    from_sessions,
+    grouped_comparisons,
+    parse_table,
+    split_groups,
+    without_groups,
+)
 from analysis.errors import ResultsError
+from analysis.kinds import Trial
 from analysis.records import SessionLog
-from tests.answers import changed, new_answer, refusal
+from tests.answers import altered, changed, new_answer, refusal
+
+# From sessions to comparisons, and what must not be mixed.
 
 Maker = Callable[..., SessionLog]
 
@@ -144,3 +160,232 @@ def test_another_kind_of_comparison_is_not_mixed_in(make_session: Maker) -> None
     session = make_session(names="ab", answers=[("a", "b")])
     preference = new_answer(2, 0, "preference", (), 1.0, data={"chosen": "a", "rejected": "b"})
     assert from_sessions([replace(session, answers=(*session.trials, preference))]).wins.sum() == 1
+
+
+# The groups that the comparisons of an experiment fall into, and those that are linked after all.
+
+FACTORS: Mapping[str, Mapping[str, Any]] = {
+    f"{scene}-{codec}": {"image": f"{scene}-{codec}", "codec": codec, "scene": scene}
+    for scene in ("beach", "church", "dune")
+    for codec in ("jpeg", "avif")
+}
+WITHIN = [(f"{scene}-jpeg", f"{scene}-avif") for scene in ("beach", "church", "dune")]
+
+
+def study(
+    make_session: Maker,
+    pairs: Sequence[tuple[str, str]],
+    *,
+    block: Callable[[int], int] = lambda number: 1,
+    labels: Sequence[str | None] | None = None,
+    factors: Mapping[str, Mapping[str, Any]] = FACTORS,
+) -> SessionLog:
+    """Return a session with an answer for each pair; ``labels`` are what the trials say of their groups."""
+    session = make_session(names=list(factors), answers=pairs)
+    stimuli = tuple({**stimulus.given(), "factors": factors[stimulus.name]} for stimulus in session.header.stimuli)
+    trials = []
+    for number, trial in enumerate(session.trials):
+        label = labels[number] if labels else None
+        group = {} if label is None else {"group": label, "group_factor": "scene"}
+        trials.append(changed(trial, block=block(number), data={**trial.details(), **group}))
+    return replace(session, header=altered(session.header, stimuli=stimuli), answers=tuple(trials))
+
+
+def groups_of(session: SessionLog) -> SessionGroups:
+    """Return the groups, which there must be."""
+    _, groups = grouped_comparisons([session])
+    assert groups is not None
+    return groups
+
+
+def test_pairs_within_scenes_make_a_group_of_each(make_session: Maker) -> None:
+    session = study(make_session, WITHIN * 2, labels=["beach", "church", "dune"] * 2)
+    comparisons, groups = grouped_comparisons([session])
+    assert comparisons.groups == ("beach", "church", "dune")
+    assert [comparisons.items[number][:3] for number in comparisons.winner] == ["bea", "chu", "dun"] * 2
+    assert comparisons.group.tolist() == [0, 1, 2] * 2
+    assert groups is not None
+    assert groups.factor == "scene"
+    assert groups.group_of == {name: name.split("-")[0] for name in FACTORS}
+    assert groups.sentence.startswith("Only stimuli with the same scene were compared (3 groups: beach, church, dune).")
+
+
+def test_pairs_between_scenes_leave_one_scale(make_session: Maker) -> None:
+    links = [("beach-jpeg", "church-jpeg"), ("church-jpeg", "dune-jpeg")]
+    session = study(make_session, WITHIN + links, labels=["beach", "church", "dune", None, None])
+    comparisons, groups = grouped_comparisons([session])
+    assert groups is None
+    assert comparisons.groups == ()
+
+
+def test_another_block_links_some_of_the_scenes(make_session: Maker) -> None:
+    pairs = [*WITHIN, ("beach-jpeg", "dune-jpeg")]
+    session = study(make_session, pairs, labels=["beach", "church", "dune", None], block=lambda n: n // 3)
+    groups = groups_of(session)
+    assert groups.factor is None
+    assert groups.names == ("beach + block 2 + dune", "church")
+
+
+@pytest.mark.parametrize("first", ["codec", "scene"])
+def test_blocks_of_other_stimuli_are_told_apart_by_a_factor(make_session: Maker, first: str) -> None:
+    """Results from before trials named their group, or two blocks that the experiment lists stimuli for."""
+    pairs = WITHIN[:2] if first == "scene" else [("beach-jpeg", "church-jpeg"), ("beach-avif", "church-avif")]
+    groups = groups_of(study(make_session, pairs, block=lambda number: number + 3))
+    assert groups.factor == first
+    assert groups.names == tuple(pair[0].split("-")[first == "codec"] for pair in pairs)
+
+
+def test_blocks_that_no_factor_tells_apart_are_named_by_number(make_session: Maker) -> None:
+    pairs = [("beach-jpeg", "church-avif"), ("beach-avif", "church-jpeg")]
+    groups = groups_of(study(make_session, pairs, block=lambda number: number + 3))
+    assert groups.factor is None
+    assert groups.names == ("block 4", "block 5")
+    assert "they fall into 2 groups, named by block: block 4, block 5." in groups.sentence
+
+
+def test_answers_that_are_missing_make_no_groups(make_session: Maker) -> None:
+    """One block compares all its stimuli: a session that ended early is no study of two groups."""
+    session = study(make_session, [("beach-jpeg", "beach-avif"), ("dune-jpeg", "dune-avif")])
+    assert grouped_comparisons([session])[1] is None
+    assert from_sessions([session]).groups == ()
+
+
+def test_two_sets_of_one_scene_have_names_of_their_own(make_session: Maker) -> None:
+    factors = {name: {"scene": "church"} for name in "abcd"}
+    pairs = [("a", "b"), ("c", "d")]
+    session = study(make_session, pairs, labels=["church"] * 2, block=lambda number: number, factors=factors)
+    assert groups_of(session).names == ("church (a)", "church (c)")
+
+
+def test_the_factor_that_the_experiment_named_comes_before_others(make_session: Maker) -> None:
+    factors = {name: {"light": name[0], "scene": f"{name[0]}!"} for name in ("a1", "a2", "b1", "b2")}
+    session = study(make_session, [("a1", "a2"), ("b1", "b2")], labels=["a!", "b!"], factors=factors)
+    assert groups_of(session).factor == "scene"
+
+
+def test_levels_that_are_numbers_are_named_as_words(make_session: Maker) -> None:
+    factors = {f"{name}{level}": {"exposure_s": level} for level in (1.5, 2) for name in "ab"}
+    session = study(make_session, [("a1.5", "b1.5"), ("a2", "b2")], labels=["1.5", "2"], factors=factors)
+    assert groups_of(session).names == ("1.5", "2")
+
+
+def test_ties_link_the_stimuli_of_a_scene(make_session: Maker) -> None:
+    session = study(make_session, WITHIN, labels=["beach", "church", "dune"])
+    tie = session.trials[0]
+    tied: Trial = changed(tie, data={k: v for k, v in tie.details().items() if k not in ("chosen", "rejected")})
+    tied = changed(tied, data={**tied.details(), "answer": "no_difference"})
+    comparisons = from_sessions([replace(session, answers=(tied, *session.trials[1:]))])
+    assert set(comparisons.groups) == {"beach", "church", "dune"}
+    assert comparisons.ties == 1
+
+
+# Answers within groups: the table's column, the answers of each group, and the records of sessions.
+def parse(text: str) -> Comparisons:
+    return parse_table(text.splitlines(keepends=True), "t.csv")
+
+
+def spoken(comparisons: Comparisons) -> list[tuple[str, str, str, float, int, bool]]:
+    """Each kind of answer by name, sorted."""
+    tied = comparisons.tied
+    kinds = [
+        (comparisons.winner, comparisons.loser, comparisons.observer, comparisons.count, comparisons.winner_was_first),
+        (tied.item_a, tied.item_b, tied.observer, tied.count, tied.a_was_first),
+    ]
+    return sorted(
+        (comparisons.items[i], comparisons.items[j], comparisons.observers[o], float(c), int(f), bool(tie))
+        for tie, columns in enumerate(kinds)
+        for i, j, o, c, f in zip(*columns, strict=True)
+    )
+
+
+@pytest.mark.parametrize("name", ["group", "scene", "content"])
+def test_the_column_of_groups_has_three_names(name: str) -> None:
+    table = parse(f"winner,loser,{name},outcome\na,b, church ,\nb,a,church,\na,b,beach,tie\n")
+    assert table.groups == ("church", "beach")
+    assert table.group.tolist() == [0, 0]
+    assert table.tied.group.tolist() == [1]
+
+
+def test_without_the_column_there_are_no_groups() -> None:
+    table = parse("winner,loser,outcome\na,b,\nb,a,tie\n")
+    assert table.groups == ()
+    assert table.group.tolist() == table.tied.group.tolist() == [0]
+    assert split_groups(table) == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("winner,loser,scene,group\na,b,1,1\n", "t.csv:1:20: both 'scene' and 'group' name the group"),
+        ("winner,loser,Scenes\na,b,1\n", "t.csv:1:14: unknown column 'Scenes'"),
+        ("winner,loser,scene,scene\na,b,1,1\n", "t.csv:1:20: the column 'scene' stands twice"),
+        ("winner,loser,scene\na,b,1\na,b, \n", "t.csv:3:5: the group is empty"),
+        ("winner,loser,scene,count\na,b,1,1\na,b,,0\n", "t.csv:3:5: the group is empty"),
+    ],
+)
+def test_wrong_groups_have_a_place_and_a_remedy(text: str, said: str) -> None:
+    with pytest.raises(ResultsError) as raised:
+        parse(text)
+    (finding,) = raised.value.findings
+    assert str(finding).startswith(said)
+    assert finding.remedy
+
+
+def test_a_group_is_named_by_an_answer_that_counts() -> None:
+    assert parse("winner,loser,scene,count\na,b,one,0\na,b,two,1\n").groups == ("two",)
+
+
+GROUPS = st.sampled_from(["x", "y", "z", ""])
+ANSWERS = st.lists(
+    st.builds(
+        Answer,
+        st.sampled_from("ab"),
+        st.sampled_from("cd"),
+        st.sampled_from([0.0, 1.0, 2.5]),
+        st.sampled_from(["01", "02", "03"]),
+        st.sampled_from([None, "a", "c"]),
+        st.booleans(),
+        GROUPS,
+    ),
+    max_size=12,
+)
+
+
+@settings(max_examples=80, deadline=None)
+@given(ANSWERS)
+def test_each_group_has_its_answers_and_nothing_else(answers: list[Answer]) -> None:
+    whole = from_answers(answers)
+    parts = dict(split_groups(whole))
+    assert list(parts) == list(whole.groups)
+    for name, part in parts.items():
+        own = [answer for answer in answers if answer.group == name and answer.count]
+        assert spoken(part) == spoken(from_answers(own))
+        assert set(part.items) == {item for answer in own for item in (answer.winner, answer.loser)}
+        assert list(part.items) == [item for item in whole.items if item in part.items]
+        assert set(part.observers) == {answer.observer for answer in own}
+        assert part.groups == ()
+        assert part.group.shape == part.winner.shape
+    assert spoken(without_groups(whole)) == spoken(whole)
+    assert without_groups(whole).groups == ()
+
+
+def test_answers_between_groups_belong_to_none() -> None:
+    whole = from_answers([Answer("a", "b", group="x"), Answer("a", "c")])
+    assert whole.groups == ("x",)
+    assert whole.group.tolist() == [0, -1]
+    assert [(name, part.items) for name, part in split_groups(whole)] == [("x", ("a", "b"))]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("cd"), st.sampled_from("xyz")), min_size=1))
+def test_a_table_and_its_answers_are_the_same(rows: list[tuple[str, str, str]]) -> None:
+    table = parse("winner,loser,group\n" + "".join(f"{','.join(row)}\n" for row in rows))
+    answers = from_answers([Answer(winner, loser, group=group) for winner, loser, group in rows])
+    assert table.groups == answers.groups
+    summed: list[dict[tuple[str, str, str], float]] = [{}, {}]
+    for counts, source in zip(summed, (table, answers), strict=True):
+        for winner, loser, group, count in zip(source.winner, source.loser, source.group, source.count, strict=True):
+            key = (source.items[winner], source.items[loser], source.groups[group])
+            counts[key] = counts.get(key, 0) + float(count)
+    assert summed[0] == summed[1]
+    assert np.array_equal(table.wins, answers.wins)

@@ -1,29 +1,38 @@
-"""Observers as a distribution, against direct optimisation of the likelihood integrated by Gauss and Hermite."""
+"""Observers as a distribution: the fit, its moments and its elimination beside slow twins, and the command."""
 
 from __future__ import annotations
 
+import csv
+import json
+import subprocess
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
 from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import from_arrays
+from analysis.covariance import laplacian
 from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers, observer_spread, spread
+from analysis.hierarchical.elimination import Blocks
 from analysis.hierarchical.fitting import _answers
-from analysis.hierarchical.propagation import alike, propagate
-from analysis.scaling import LAWS, Model, fit_model
+from analysis.hierarchical.propagation import _logistic_moments, _moments, _rough_links, _solved, alike, propagate
+from analysis.scaling import LAWS, LOGISTIC, Counts, Model, fit_model
 from documents import threads
 from documents.arrays import Floats
 from tests.choice import nightly
+from tests.kept import known
+
+# Observers as a distribution, against direct optimisation of the likelihood integrated by Gauss and Hermite.
 
 Maker = Callable[..., Comparisons]
 
 PAIRS = np.triu_indices(3, 1)
 TINY = np.finfo(np.float64).tiny
-
 
 # Effects sum to zero: they are in a plane, of which these are two directions at right angles.
 PLANE = np.array([[1, -1, 0], [1, 1, -2]]) / np.sqrt([[2], [6]])
@@ -197,3 +206,135 @@ def test_what_cannot_be_fitted_is_refused_with_a_remedy() -> None:
     apart = [Answer(*(pair if o % 2 else pair[::-1]), 30, str(o)) for o in range(10) for pair in pairwise("abcd")]
     with pytest.raises(ResultsError, match=r"no upper limit.*without '--observers random'"):
         fit_observers(from_answers(apart))
+
+
+# Moments by the quick formula against those by the law; the rough information against the exact one.
+
+
+def test_quick_logistic_moments_are_those_of_the_law() -> None:
+    random = np.random.default_rng(1)
+    pairs = 3000
+    won, lost = random.integers(0, 4, (2, pairs)).astype(float)
+    won += (won + lost == 0) * 0.5
+    counts = Counts(2, np.zeros(pairs, np.intp), np.ones(pairs, np.intp), won[None], lost[None], 0 * won[None])
+    mean, deviation = random.normal(0, 1, pairs), random.uniform(1e-3, 0.8, pairs)
+    v = random.uniform(0, 0.25, pairs) * (won + lost) * (deviation < 0.7)
+    site = (mean, deviation, random.normal(0, 0.3, pairs), v)
+    quick = known(_logistic_moments(counts, *site))
+    for one, other in zip(quick, _moments(counts, LOGISTIC, *site), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
+    assert _logistic_moments(counts, 60 * mean, *site[1:]) is None
+    assert _logistic_moments(counts, mean, 20 * deviation, *site[2:]) is None
+    many = Counts(2, counts.first, counts.second, 1000 * counts.won, counts.lost, counts.tied)
+    assert _logistic_moments(many, *site) is None
+
+
+@pytest.mark.parametrize(("items", "neighbours", "near"), [(12, 12, 0.02), (30, 2, 0.02), (3, 3, 1e-9), (2, 2, 1e-9)])
+def test_rough_information_has_the_exact_row_sums(make: Maker, items: int, neighbours: int, near: float) -> None:
+    """With every pair compared it is near the exact one; far pairs of a chain get more weight than they have."""
+    comparisons = make(np.linspace(-1, 1, items), 20, 0.8, repeats=2)
+    close = abs(comparisons.winner - comparisons.loser) <= neighbours
+    columns = {name: getattr(comparisons, name)[close] for name in ("winner", "loser", "observer", "count")}
+    columns |= {"winner_was_first": np.full(close.sum(), -1, np.int8), "tie": np.zeros(close.sum(), np.bool_)}
+    answers, _ = _answers(from_arrays(comparisons.items, comparisons.observers, **columns))
+    blocks, counts = answers.blocks, answers.counts
+    sites = propagate(answers, LOGISTIC, 0.8, alike(answers, LOGISTIC, np.linspace(-1, 1, items)), 1e-6)
+    delta = counts.differences(sites.theta[None])[0]
+    solution = _solved(blocks, 0.64, sites.slope - sites.precision * delta, sites.precision)
+    rough = _rough_links(counts, blocks, 0.64, solution)
+    np.testing.assert_allclose(rough.sum(axis=1), sites.links.sum(axis=1), rtol=1e-6)
+    variances, exact = (np.diag(laplacian.pseudo_inverse(links[None])[0]) for links in (rough, sites.links))
+    assert (variances < (1 + near) * exact).all()
+    if neighbours >= items:
+        np.testing.assert_allclose(variances, exact, rtol=near)
+
+
+# Elimination for all observers at once against one dense inverse.
+@pytest.mark.parametrize(
+    ("observers", "items", "pairs"),
+    [(5, 6, 200), (4, 30, 30), (3, 10, 9), (3, 3, 9), (6, 12, 20), (2, 60, 75), (1, 2, 1)],
+)
+def test_means_variances_and_links_are_those_of_the_inverse(observers: int, items: int, pairs: int) -> None:
+    random = np.random.default_rng(items)
+    drawn = random.integers(items, size=(pairs * observers, 2))
+    drawn = np.sort(drawn[drawn[:, 0] != drawn[:, 1]], axis=1)
+    who = random.integers(observers, size=len(drawn))
+    key = np.unique((who * items + drawn[:, 0]) * items + drawn[:, 1]) if items > 2 else np.array([1])
+    who, low, high = key // items**2, key // items % items, key % items
+    who = np.unique(who, return_inverse=True)[1]
+    nodes, place = np.unique(np.r_[who * items + low, who * items + high], return_inverse=True)
+    first, second = place[: len(key)], place[len(key) :]
+    blocks = Blocks(first, second, nodes // items, nodes % items, items)
+
+    w, right = random.exponential(2, len(key)), random.normal(size=len(nodes))
+    matrix = np.eye(len(nodes))
+    for (a, b), weight in zip(zip(first, second, strict=True), w, strict=True):
+        matrix[[a, b, a, b], [a, b, b, a]] += weight * np.array([1, 1, -1, -1])
+    inverse = np.linalg.inv(matrix)
+    links = np.zeros((items, items))
+    for block in range(int(nodes[-1]) // items + 1):
+        own = np.flatnonzero(blocks.block == block)
+        links[np.ix_(blocks.item[own], blocks.item[own])] += inverse[np.ix_(own, own)]
+    np.fill_diagonal(links, 0)
+
+    solution = blocks.solve(w, right)
+    np.testing.assert_allclose(solution.mean, inverse @ right, atol=1e-13)
+    np.testing.assert_allclose(solution.variance, np.diag(inverse), atol=1e-13)
+    apart = inverse[first, first] + inverse[second, second] - 2 * inverse[first, second]
+    np.testing.assert_allclose(solution.pair_variance, apart, atol=1e-13)
+    np.testing.assert_allclose(blocks.links(w), links, atol=1e-13)
+    assert blocks.log_determinant(w) == pytest.approx(np.linalg.slogdet(matrix)[1], abs=1e-10)
+
+
+def test_a_tree_needs_no_dense_equations_and_a_complete_design_nothing_else() -> None:
+    chain = np.arange(9)
+    assert not Blocks(chain, chain + 1, np.zeros(10, np.intp), np.arange(10), 10).dense
+    low, high = np.triu_indices(6, 1)
+    complete = Blocks(low, high, np.zeros(6, np.intp), np.arange(6), 6)
+    assert not complete.rounds
+    assert complete.dense[0].node.shape == (1, 6)
+
+
+# `cyclopean scores --observers random` as a program.
+
+Call = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    random = np.random.default_rng(5)
+    strengths = np.linspace(0.8, -0.8, 5)
+    lines = ["winner,loser,observer"]
+    for observer in range(12):
+        own = strengths + random.normal(0, 0.8, 5)
+        for a in range(5):
+            for b in range(a):
+                won = random.random() < 1 / (1 + np.exp(own[b] - own[a]))
+                lines.append(f"{'abcde'[a if won else b]},{'abcde'[b if won else a]},o{observer}")
+    file = tmp_path / "table.csv"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    return file
+
+
+def test_what_it_prints_and_writes(cyclopean: Call, table: Path, tmp_path: Path) -> None:
+    written = tmp_path / "observers.csv"
+    done = cyclopean("scores", str(table), "--observers", "random", "--observer-scores", str(written))
+    assert "0.941 nats for each item (95 % 0.23 to 1.76)" in done.stdout
+    assert "a new observer" in done.stdout
+    with written.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["group", "observer", "item", "theta", "sd"]
+    assert len(rows) == 60
+    values = json.loads(cyclopean("scores", str(table), "--observers", "random", "--json").stdout)
+    assert values["spread"]["sd"] == pytest.approx(0.941, abs=5e-4)
+    (group,) = values["groups"]
+    assert [item["name"] for item in group["items"]] == list("abcde")
+    assert len(group["pairs"]) == 10
+    assert {entry["observer"] for entry in group["observers"]} == {row["observer"] for row in rows}
+
+
+def test_options_that_do_not_go_together(cyclopean: Call, table: Path) -> None:
+    done = cyclopean("scores", str(table), "--observers", "random", "--method", "firth", expect=2)
+    assert "method does not go" in done.stderr
+    done = cyclopean("scores", str(table), "--observer-scores", "x.csv", expect=2)
+    assert "observer_scores goes with" in done.stderr

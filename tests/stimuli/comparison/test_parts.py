@@ -1,10 +1,12 @@
-"""Rows in files, bands of a turned picture, corners, spectra, and the page."""
+"""Parts of a comparison: rows in files, bands, ΔE00 per pixel, the luminance factor, whose luminance is white."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,13 +16,19 @@ from numpy.typing import NDArray
 
 from devices.camera import CameraModel, write_camera
 from devices.chart import perspective
-from devices.colour import rgb_to_xyz_matrix, white_point
+from devices.colour import delta_e_2000, rgb_to_xyz_matrix, white_point, xyz_to_lab
 from devices.display import read_rig
-from runner.reports.comparison.figures import draw_pictures
+from runner.reports.comparison.figures import draw_pictures, histogram_figure, map_figure, profile, profile_figure
 from stimuli.align import warp
+from stimuli.comparison import compare_regions, place_regions, summarise
 from stimuli.comparison.alignment import Alignment, resample, resample_flags
+from stimuli.comparison.by_pixel import histogram, overview
+from stimuli.comparison.luminance import luminance_factor
+from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.registering import align
-from stimuli.pictures import REC709, RowFile
+from stimuli.errors import StimulusError
+from stimuli.measures import difference_map, reduced
+from stimuli.pictures import REC709, RowFile, rows
 from tests.stimuli.comparison.scenes import (
     CHART,
     PLATE,
@@ -38,6 +46,7 @@ from tests.stimuli.comparison.scenes import (
 from tests.stimuli.spectral.pictures import WAVES, save_exr
 
 
+# Rows in files, bands of a turned picture, corners, spectra, and the page.
 class Ids(HTMLParser):
     """Gathers what a page names and asks for."""
 
@@ -251,3 +260,202 @@ def test_the_page(tmp_path: Path, cyclopean: Cyclopean) -> None:
         assert words in page
     assert page.count("data:image/png;base64,") >= 4 + 4
     assert "in the colour of the display&#39;s white" in page.replace("'", "&#39;")
+
+
+# ΔE00 per pixel: the map against one call, what it comes to, and its figures.
+
+WHITE = np.array([96.4, 100.0, 82.5])
+
+
+def pair() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    photo = np.random.default_rng(1).gamma(2.0, 10.0, (57, 31, 3)).astype(np.float32)
+    return photo, (photo * np.float32(1.03)).astype(np.float32)
+
+
+def test_bands_make_the_map_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    photo, rendering = pair()
+    whole = delta_e_2000(xyz_to_lab(photo, WHITE), xyz_to_lab(rendering, WHITE))
+    monkeypatch.setattr(rows, "BAND_PIXELS", 100)
+    done: list[tuple[int, int]] = []
+    got = difference_map(photo, rendering, WHITE, lambda rows, of: done.append((rows, of)))
+    np.testing.assert_array_equal(got, whole.astype(np.float32))
+    assert done[-1] == (57, 57)
+    assert len(done) == 19
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    photo, rendering = pair()
+    with pytest.raises(StimulusError, match="bring them to one grid"):
+        difference_map(photo, rendering[:-1], WHITE)
+    rendering[3, 4, 1] = np.nan
+    rendering[5, 6, 0] = np.inf
+    with pytest.raises(StimulusError, match="2 pixels cannot be compared"):
+        difference_map(photo, rendering, WHITE)
+
+
+def test_the_summary_of_known_differences() -> None:
+    delta_e = np.asarray(np.arange(100).reshape(10, 10) / 10, dtype=np.float32)
+    compared = np.ones((10, 10), dtype=np.bool_)
+    compared[9] = False
+    summary = summarise(delta_e, 1.4, compared)
+    assert summary.pixels == 90
+    assert summary.mean == pytest.approx(4.45)
+    assert summary.median == pytest.approx(4.45)
+    assert summary.largest == pytest.approx(8.9)
+    assert summary.above_limit_percent == pytest.approx(100 * 75 / 90)
+    assert summarise(delta_e, 1.4).pixels == 100
+    with pytest.raises(StimulusError, match="all are excluded"):
+        summarise(delta_e, 1.4, np.zeros((10, 10), dtype=np.bool_))
+
+
+def test_the_histogram_counts_every_pixel_once() -> None:
+    delta_e = np.array([[0.0, 0.05, 9.99, 10.0, 250.0]], dtype=np.float32)
+    counts, edges = histogram(delta_e)
+    assert counts.sum() == 5
+    assert counts[0] == 2
+    assert counts[-1] == 3
+    assert edges[-1] == 10.0
+
+
+def test_a_reduced_map_keeps_the_mean_of_what_is_compared() -> None:
+    delta_e = np.random.default_rng(2).uniform(0, 5, (103, 47)).astype(np.float32)
+    compared = np.random.default_rng(3).uniform(size=delta_e.shape) > 0.3
+    compared[:8, :8] = False
+    small = reduced(delta_e, compared, longest_px=20)
+    assert max(small.shape) <= 20
+    assert np.isnan(small[0, 0])
+    assert small[1, 1] == pytest.approx(delta_e[6:12, 6:12][compared[6:12, 6:12]].mean(), rel=1e-6)
+    np.testing.assert_array_equal(reduced(delta_e, longest_px=103), delta_e)
+
+
+def test_a_picture_does_not_differ_from_itself() -> None:
+    photo, _ = pair()
+    assert not difference_map(photo, photo, WHITE).any()
+
+
+def test_light_below_none_counts_as_none() -> None:
+    dark = np.full((2, 2, 3), -0.5)
+    assert not difference_map(dark, np.zeros((2, 2, 3)), WHITE).any()
+
+
+def test_a_profile_follows_its_line() -> None:
+    plane = np.add.outer(10.0 * np.arange(50), np.arange(80.0))
+    along = profile(plane, (3, 7), (63, 7))
+    np.testing.assert_allclose(along, 70 + np.linspace(3, 63, 61))
+    np.testing.assert_allclose(profile(plane, (5, 5), (5, 6.0)), [55, 65])
+
+
+def test_figures_say_what_they_show() -> None:
+    delta_e = np.full((30, 40), 2.0, dtype=np.float32)
+    shown = overview(delta_e)
+    svg = map_figure(shown.reduced, "difference <map>").svg
+    assert svg.startswith("<svg")
+    assert "difference &lt;map&gt;" in svg
+    assert "ΔE00" in svg
+    assert "limit 1.4" in histogram_figure(shown, 1.4, "histogram").svg
+    assert "rendering" in profile_figure(np.arange(5.0), np.arange(5.0), "profile").svg
+
+
+# The factor between luminances: planted, and against NumPy's own regression.
+
+lights = st.lists(st.tuples(st.floats(1, 1e3), st.floats(0.5, 2.0)), min_size=3, max_size=20)
+
+
+def test_a_factor_comes_back() -> None:
+    rendering = np.array([3.0, 10.0, 40.0, 90.0])
+    found = luminance_factor(1000 * rendering, rendering)
+    assert found.mean_ratio == pytest.approx(1000, rel=1e-14)
+    assert found.least_squares == pytest.approx(1000, rel=1e-14)
+    assert found.mean_ratio_se == pytest.approx(0, abs=1e-9)
+    assert found.pearson == pytest.approx(1)
+    assert found.rms_mean_ratio == pytest.approx(0, abs=1e-9)
+    assert found.r2_mean_ratio == pytest.approx(1)
+    assert found.r2_as_rendered is not None
+    assert found.r2_as_rendered < 0
+
+
+@given(lights)
+@settings(max_examples=25, deadline=None)
+def test_what_scaling_changes_and_what_not(pairs: list[tuple[float, float]]) -> None:
+    rendering = np.array([light for light, _ in pairs])
+    photo = rendering * np.array([share for _, share in pairs])
+    found, scaled = luminance_factor(photo, rendering), luminance_factor(photo, 7.0 * rendering)
+    if found.pearson is not None and scaled.pearson is not None and np.ptp(rendering) > 1e-3:
+        assert scaled.pearson == pytest.approx(found.pearson, abs=1e-6)
+        assert found.pearson == pytest.approx(np.corrcoef(photo, rendering)[0, 1], abs=1e-6)
+    assert 7 * scaled.least_squares == pytest.approx(found.least_squares)
+    assert 7 * scaled.mean_ratio == pytest.approx(found.mean_ratio)
+    slope, left, *_ = np.linalg.lstsq(rendering[:, None], photo, rcond=None)
+    assert found.least_squares == pytest.approx(slope[0])
+    assert found.rms_least_squares == pytest.approx(np.sqrt(left[0] / len(photo)) if len(left) else 0, abs=1e-6)
+    assert found.rms_least_squares <= min(found.rms_mean_ratio, found.rms_as_rendered) * (1 + 1e-9) + 1e-12
+
+
+def test_standard_errors_are_those_of_repetition() -> None:
+    rng = np.random.default_rng(3)
+    rendering = np.linspace(20, 90, 24)
+    runs = [luminance_factor(0.97 * rendering + rng.normal(0, 2, 24), rendering) for _ in range(400)]
+    told = np.sqrt(np.mean([(run.least_squares_se or 0) ** 2 for run in runs]))
+    # 400 runs: a standard deviation to 3.5 %.
+    assert told == pytest.approx(np.std([run.least_squares for run in runs]), rel=0.12)
+
+
+def test_one_region_has_a_factor_and_no_more() -> None:
+    found = luminance_factor([10.0], [20.0])
+    assert (found.mean_ratio, found.least_squares) == (0.5, 0.5)
+    assert (found.mean_ratio_se, found.pearson, found.r2_mean_ratio) == (None, None, None)
+
+
+@pytest.mark.parametrize("bad", [[], [0.0], [np.nan], [1.0, 2.0]])
+def test_what_has_no_factor_is_refused(bad: list[float]) -> None:
+    with pytest.raises(StimulusError):
+        luminance_factor(bad, [1.0] if bad else [])
+
+
+# Whose luminance is white: what is given, a chart's white patch, the display's white, the brightest region.
+
+WHITE_CHART = "{kind: colorchecker, corners: [[40, 30], [330, 44], [318, 240], [28, 220]]}"
+LAMP = "{kind: rectangle, name: lamp, box: [1, 1, 20, 20]}"
+WHITE_PLATE = "{kind: rectangle, name: table, box: [335, 100, 20, 60]}"
+Write = Callable[..., RegionsFile]
+
+
+@pytest.fixture
+def white(regions_of: Write, chart_picture: Any) -> Callable[..., tuple[float, str]]:
+    """Compare a chart beside a lamp of 500 cd/m² with itself; return the white's luminance and what is said of it."""
+    picture = chart_picture()
+    picture[:25, :25] = 500.0
+
+    def compare(*entries: str, display: float | None = None, full: Any = None, **keys: object) -> tuple[float, str]:
+        regions = regions_of(*entries, **keys)
+        placed = place_regions(regions, picture.shape)
+        found = compare_regions(picture, picture, placed, regions, display_white_cd_m2=display, photo_saturated=full)
+        return found.table.white_XYZ[1], found.notes[0]
+
+    return compare
+
+
+def test_a_charts_white_comes_before_the_displays_and_what_is_brighter(white: Any) -> None:
+    luminance, said = white(WHITE_CHART, LAMP, display=600.0)
+    assert 85 < luminance < 95
+    assert said.endswith("'chart 19 white 9.5'")
+
+
+def test_a_displays_white_comes_before_the_brightest_region(white: Any) -> None:
+    assert white(WHITE_PLATE, display=26.5) == (26.5, "white is icc-d50 at 26.5 cd/m², the display's")
+    assert white(WHITE_PLATE)[0] == 20.0
+    # What outshines the display cannot be shown on it.
+    assert white(WHITE_PLATE, LAMP, display=26.5)[0] == 500.0
+
+
+def test_what_is_given_comes_first(white: Any) -> None:
+    assert white(WHITE_CHART, LAMP, display=600.0, white_luminance_cd_m2=70)[0] == 70.0
+    assert white(WHITE_CHART, LAMP, display=600.0, white_region="lamp")[0] == 500.0
+
+
+def test_a_saturated_patch_is_no_white(white: Any) -> None:
+    full = np.zeros((270, 360), dtype=np.bool_)
+    full[:, :80] = True  # the first column of patches, and the lamp
+    luminance, said = white(WHITE_CHART, full=full)
+    assert luminance < 85
+    assert "brightest region, 'chart 16 yellow'" in said

@@ -1,22 +1,39 @@
-"""Differences that were planted come back: found, named and measured."""
+"""Differences that were planted are found, named and measured: of colour, place, blur and sparkle."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
 from devices.camera import CameraModel, Exposure, write_camera
 from devices.colour import XYZ_from_xyY, xyY_from_XYZ
+from documents.arrays import Floats32
+from stimuli.comparison import CompareOptions, Comparison, compare_pictures
+from stimuli.comparison.registering import align
+from stimuli.comparison.sharpness import blur_between
+from stimuli.comparison.sparkles import SparkleArea
 from stimuli.develop import CameraImage, write_camera_exr
+from stimuli.measures import ViewingConditions
+from stimuli.pictures import RowFile
+from stimuli.recipes import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle import scatter_flakes
+from stimuli.sparkle.studio import sparkle_map
 from tests.stimuli.comparison.scenes import (
     CHART,
     PATCHES,
     PLATE,
     RIG,
+    ROOT,
+    SIZE,
     Cyclopean,
     chart,
+    coloured,
     compared,
     few,
     patch_XYZ,
@@ -27,6 +44,7 @@ from tests.stimuli.comparison.scenes import (
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 
 
+# Differences that were planted come back: found, named and measured.
 @pytest.fixture
 def chart_file(tmp_path: Path) -> Path:
     (tmp_path / "chart.yaml").write_text(CHART, encoding="utf-8")
@@ -208,3 +226,164 @@ def test_a_region_without_light_does_not_count(tmp_path: Path, cyclopean: Cyclop
     other.write_text(CHART.replace("inner: 0.6", "inner: 0.6, colours: other"), encoding="utf-8")
     told = cyclopean("compare", files[0], dark, "--regions", other, "--register", "none", expect=2)
     assert "no region is left to compare" in told.stderr
+
+
+# A rendering that is the photograph but blurred: found where it lies, and failed for its blur.
+def blurred(picture: Floats32, sd_px: float) -> Floats32:
+    return coloured(gaussian_filter(picture[..., 1].astype(np.float64), sd_px))
+
+
+def noisy(picture: Floats32, share: float, seed: int = 3) -> Floats32:
+    return np.asarray(picture * (1 + share * np.random.default_rng(seed).standard_normal(picture.shape)), np.float32)
+
+
+@pytest.mark.parametrize("sd_px", [2.0, 8.0])
+def test_a_blur_is_measured_by_its_size_and_way(sd_px: float) -> None:
+    photo = spots(size=(400, 300), count=2500)
+    soft = noisy(blurred(photo, sd_px), 0.01)[..., 1]
+    assert blur_between(photo[..., 1], soft) == pytest.approx(sd_px, rel=0.06)
+    assert blur_between(soft, photo[..., 1]) == pytest.approx(-sd_px, rel=0.06)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_noise_or_other_flakes_are_no_blur(share: float) -> None:
+    photo, other = spots(size=(400, 300), count=2500), spots(size=(400, 300), count=2500, seed=9)
+    assert blur_between(noisy(photo, share)[..., 1], photo[..., 1]) == 0.0
+    assert blur_between(noisy(photo, share)[..., 1], other[..., 1]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("sd_px", "way"),
+    [(2.0, "rendering"), pytest.param(8.0, "photograph", marks=pytest.mark.nightly)],
+)
+def test_a_blurred_picture_is_registered(sd_px: float, way: str) -> None:
+    photo, moved = spots(size=(400, 300), count=2500), spots(3.3, -1.7, size=(400, 300), count=2500)
+    pair = (photo, blurred(moved, sd_px)) if way == "rendering" else (blurred(photo, sd_px), moved)
+    found = align(RowFile.of(pair[0]), RowFile.of(pair[1]), "auto")
+    assert found.shift_px == pytest.approx((3.3, -1.7), abs=0.005 * sd_px**2)
+    assert found.residual_px is not None
+    assert found.residual_px < 0.15
+    assert abs(found.blur_px) == pytest.approx(sd_px, rel=0.06)
+
+
+def test_a_blurred_rendering_fails_for_its_blur(tmp_path: Path) -> None:
+    photo = few()
+    files = [written(tmp_path / name, one) for name, one in (("a.exr", photo), ("b.exr", blurred(photo, 4.0)))]
+    result = compare_pictures(files[0], files[1], PLATE)
+    assert result.verdict.decision == "not validated"
+    assert any("sparkle density" in reason.sentence for reason in result.verdict.having("fails"))
+    assert any("blurrier" in line and "4.0 px" in line for line in result.lines())
+    same = compare_pictures(files[0], files[0], PLATE)
+    assert same.verdict.decision == "validated"
+    assert not any("blurrier" in line for line in same.lines())
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("moved", [0.0, 0.4])
+def test_pixels_of_a_blurred_plate_count(tmp_path: Path, moved: float) -> None:
+    """Few of its sparkles lie on one of the photograph's, and its flakes are the same all the same."""
+    photo, other = spots(size=SIZE, count=3300), spots(moved, size=SIZE, count=3300, seed=9)
+    soft = blurred(spots(moved, size=SIZE, count=3300), 2.0)
+    for name, picture in (("photo", photo), ("soft", soft), ("other", other)):
+        written(tmp_path / f"{name}.exr", picture)
+    options = CompareOptions(viewing=ViewingConditions(40.0))
+    area, reasons = _plate(compare_pictures(tmp_path / "photo.exr", tmp_path / "soft.exr", PLATE, options))
+    assert area.matched is None
+    assert len(area.rendering.peaks) > 50
+    assert area.correlation is not None
+    assert area.correlation > 0.9
+    assert not area.other_flakes
+    assert any("as the eye resolves them" in reason for reason in reasons)
+    options = CompareOptions(viewing=ViewingConditions(40.0), register="none")
+    area, reasons = _plate(compare_pictures(tmp_path / "photo.exr", tmp_path / "other.exr", PLATE, options))
+    assert area.correlation is not None
+    assert abs(area.correlation) < 0.1
+    assert area.other_flakes
+    assert not any("as the eye resolves them" in reason for reason in reasons)
+
+
+def _plate(result: Comparison) -> tuple[SparkleArea, list[str]]:
+    (area,) = result.eyes["both"].sparkle
+    return area, [reason.sentence for reason in result.verdict.having("fails")]
+
+
+# A sparkling plate rendered twice passes; one of other flakes fails on sparkle although its mean colour is right.
+
+RECIPE, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")
+assert isinstance(RECIPE, SparklePlateRecipe)
+PAINT = replace(RECIPE.plate.plate(), width_mm=30.0, height_mm=20.0)
+
+
+def rendered(per_mm2: float, seed: int, *, cull: bool, mean_cd_m2: float = 4.5) -> NDArray[np.float32]:
+    """Render a plate whose base is such that its mean luminance is given."""
+    plate = replace(PAINT, flakes_per_mm2=per_mm2)
+    assert isinstance(RECIPE, SparklePlateRecipe)
+    flakes = scatter_flakes(plate, seed)
+    sparkle = sparkle_map(plate, RECIPE.lamp, RECIPE.camera, "center", flakes, cull=cull).luminance_cd_m2
+    base = mean_cd_m2 - float(sparkle.mean())
+    assert base > 0
+    return coloured(sparkle + base)
+
+
+@pytest.mark.nightly
+def test_another_flake_density(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    files = [written(tmp_path / f"{density:g}.exr", rendered(density, 9, cull=True)) for density in (100.0, 150.0)]
+    found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG, "--register", "none", expect=1)
+    assert found["decision"] == "not validated"
+    one = found["eyes"]["both"]
+    assert one["regions"]["mean_delta_e"] < 0.1
+    assert any(line.startswith("one region differs by ΔE00 0.0") for line in said(found, "passes"))
+    density = one["sparkle"][0]["pairs"][0]
+    assert one["sparkle"][0]["in_both"] is None
+    assert 0.3 < density["relative"] < 0.7
+    assert any(line.startswith("sparkle density on 'plate'") for line in said(found, "fails"))
+    assert all(line.startswith("sparkle ") for line in said(found, "fails"))
+
+
+@pytest.mark.nightly
+def test_brute_force_and_culled(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    files = [
+        written(tmp_path / f"{name}.exr", rendered(100.0, 9, cull=cull))
+        for name, cull in (("brute", False), ("fast", True))
+    ]
+    found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG)
+    assert found["decision"] == "validated"
+    (area,) = found["eyes"]["both"]["sparkle"]
+    assert area["in_both"] == area["photograph"]["count"]["value"] > 100
+    sums = found["eyes"]["both"]["per_pixel"]
+    assert sums["mean"] < 0.01
+    assert sums["largest"] < 0.5  # half floats round X, Y and Z apart, by 1/2048 each
+
+
+@pytest.mark.nightly
+def test_another_plate_of_the_same_paint(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """Other flakes of one density differ by chance, and single pixels by where the flakes lie."""
+    files = [written(tmp_path / f"{seed}.exr", rendered(100.0, seed, cull=True)) for seed in (9, 10)]
+    found = compared(cyclopean, *files, "--regions", PLATE, "--register", "none", "--rig", RIG, expect=None)
+    assert said(found, "fails") == []
+    assert any("flakes lie elsewhere" in line for line in said(found, "noted"))
+    assert found["eyes"]["both"]["registration"]["residual_px"] is None
+    assert found["eyes"]["both"]["as_seen"]["mean"] > 1.4  # and yet it is told
+
+
+@pytest.mark.nightly
+def test_single_pixels_count_where_flakes_do_not(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """A plate of other flakes beside a table: the table's pixels are judged, and the plate's are not."""
+    pictures = []
+    for seed, stain in ((9, 1.0), (10, 1.3)):
+        picture = rendered(100.0, seed, cull=True)
+        picture[:, :60] = [4.4, 4.5, 3.7]
+        picture[:100, :60] *= np.float32(stain)
+        picture[100:120, :60] /= np.float32(stain)
+        pictures.append(written(tmp_path / f"{seed}.exr", picture))
+    height, width, _ = picture.shape
+    regions = tmp_path / "r.yaml"
+    plate = f"{{kind: plate, corners: [[60, 0], [{width}, 0], [{width}, {height}], [60, {height}]]}}"
+    table = f"{{kind: rectangle, name: table, box: [0, 0, 60, {height}]}}"
+    regions.write_text(f"schema_version: 1\nregions:\n  - {plate}\n  - {table}\n", encoding="utf-8")
+    words = (*pictures, "--regions", regions, "--register", "none", "--rig", RIG)
+    found = compared(cyclopean, *words, expect=1)
+    one = found["eyes"]["both"]
+    assert one["per_pixel"]["pixels"] == 60 * height
+    assert any("single pixels of 'plate' are left out" in line for line in one["said"])
+    assert any(line.startswith("pixels differ by") for line in said(found, "fails"))

@@ -1,24 +1,43 @@
-"""The verdict: every number against its limit, with its reason."""
+"""The verdict and its wording, and measures that are asked for."""
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from stimuli.comparison import Evidence, Region, RegionTable, SparklePair, judge
+from stimuli.comparison import (
+    CompareOptions,
+    Evidence,
+    Outcome,
+    Region,
+    RegionTable,
+    SparklePair,
+    compare_pictures,
+    decision_sentence,
+    judge,
+    outcome_lines,
+    passing_heading,
+    passing_lines,
+)
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.by_pixel import DifferenceSummary, seen_regions
 from stimuli.comparison.disparities import EyesPair
-from stimuli.comparison.evidence import RegistrationEvidence
+from stimuli.comparison.evidence import RegistrationEvidence, sparkle_reasons
 from stimuli.comparison.eye_evidence import EyesEvidence
 from stimuli.comparison.table import region_table
-from stimuli.comparison.verdict import Limits, Reason, Verdict, together
-from stimuli.measures import SeenPicture, difference_map
+from stimuli.comparison.verdict import Limits, Reason, Verdict, decimals, together
+from stimuli.measures import SeenPicture, ViewingConditions, difference_map
+from tests.stimuli.comparison.scenes import PLATE, RIG, Cyclopean, compared, few, written
+
+# The verdict: every number against its limit, with its reason.
 
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
@@ -243,3 +262,201 @@ def test_the_right_mean_colour_and_the_wrong_sparkle_fail() -> None:
     verdict = judge(Evidence(table(1.0), SMALL, SMALL, pairs))
     assert verdict.decision == "not validated"
     assert "30.0 ± 8.6 % more" in only(verdict, "fails").sentence
+
+
+# What is read first, and how: the verdict, what fails, what is noted, and in few lines what is kept.
+def verdict(*reasons: Reason) -> Verdict:
+    return Verdict("validated", reasons, Limits())
+
+
+def reason(outcome: Outcome, value: float, subject: str = "regions", measure: str = "mean ΔE00") -> Reason:
+    return Reason(subject, measure, outcome, f"{subject} {outcome} by {value}", value, 1.4)
+
+
+def test_what_both_eyes_share_is_said_once() -> None:
+    both = together(
+        {
+            "left eye": verdict(reason("noted", 1.0), reason("fails", 2.0), reason("passes", 0.25, "as seen")),
+            "right eye": verdict(reason("noted", 1.0), reason("fails", 3.0), reason("passes", 0.5, "as seen")),
+        }
+    )
+    assert outcome_lines(both, "noted") == ["both eyes: regions noted by 1.0"]
+    assert outcome_lines(both, "fails") == ["left eye: regions fails by 2.0", "right eye: regions fails by 3.0"]
+    assert passing_heading(both) == "Within their limits, left eye / right eye:"
+    assert passing_lines(both) == ["as seen: mean ΔE00 0.25 / 0.50 (limit 1.4)"]
+    assert decision_sentence(both) == "Not validated: 2 limits are not kept."
+
+
+def test_what_one_eye_alone_keeps_names_the_eye() -> None:
+    both = together({"left eye": verdict(reason("passes", 0.2)), "right eye": verdict(reason("fails", 2.0))})
+    assert passing_lines(both) == ["left eye: regions: mean ΔE00 0.20 (limit 1.4)"]
+
+
+def test_numbers_of_one_subject_stand_in_one_line() -> None:
+    one = verdict(reason("passes", 0.2), reason("passes", 0.3, measure="largest ΔE00"))
+    assert passing_lines(one) == ["regions: mean ΔE00 0.20 (limit 1.4), largest ΔE00 0.30 (limit 1.4)"]
+    assert passing_heading(one) == "Within their limits:"
+    assert passing_lines(verdict(reason("fails", 2.0))) == []
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_many_regions_that_fail_stand_in_one_line(count: int) -> None:
+    fails = [reason("fails", 2.0 + place, f"region {place}", "ΔE00") for place in range(count)]
+    both = together({"left eye": verdict(*fails, reason("fails", 2.5)), "right eye": verdict(fails[0])})
+    lines = outcome_lines(both, "fails")
+    many = "left eye: 4 regions differ by more than ΔE00 1.4, most of all '3' by 5.00, '2' by 4.00, '1' by 3.00"
+    assert (many in lines) == (count > 3)
+    assert len(lines) == (3 if count > 3 else 4)
+
+
+@pytest.mark.parametrize(("value", "text"), [(-0.001, "0.00"), (0.0, "0.00"), (-0.005001, "-0.01"), (-1.0, "-1.00")])
+def test_nought_has_no_sign(value: float, text: str) -> None:
+    assert decimals(value, 2) == text
+
+
+HOSTILE = (math.nan, math.inf, 0.0, 0.37, 1e12)
+# What no sentence has: a number that is none, an exponent, a number without its own decimals, a space too many.
+NO_SENTENCE = re.compile(r"\bnan\b|\binf\b|\d[eE][+-]?\d|-0\.0*\b(?!\d)|  | [,.:;]")
+
+
+def wrong(line: str) -> bool:
+    return bool(NO_SENTENCE.search(line))
+
+
+def test_what_is_looked_for_is_found() -> None:
+    bad = ("sparkle width is nan px", "133 ± 1.1e+02 % more", "differs by inf", "lay (-0.00, 0.10) px beside")
+    assert all(wrong(line) for line in bad)
+    assert not wrong("sparkle width is unknown in the rendering and 2.2881 ± 0.0074 px in the photograph")
+
+
+def test_sparkle_of_any_numbers() -> None:
+    for photo, photo_se, rendering, rendering_se in itertools.product(HOSTILE, repeat=4):
+        for joint_se in (None, *HOSTILE):
+            pair = SparklePair("width", photo, photo_se, rendering, rendering_se, "px", "plate", joint_se)
+            (reason,) = sparkle_reasons([pair], Limits())
+            assert not wrong(reason.sentence), reason.sentence
+
+
+def test_what_is_not_known_is_said_in_words() -> None:
+    pair = SparklePair("width", 2.28812, 0.00742, math.nan, math.nan, "px", "plate")
+    (reason,) = sparkle_reasons([pair], Limits())
+    assert reason.outcome == "cannot say"
+    assert reason.sentence == (
+        "sparkle width on 'plate' is unknown in the rendering and 2.2881 ± 0.0074 px in the photograph: "
+        "there are too few sparkles"
+    )
+    (reason,) = sparkle_reasons([SparklePair("contrast", 2.0, 0.4, 4.652, 2.08)], Limits())
+    assert "4.7 ± 2.1 in the rendering and 2.00 ± 0.40 in the photograph, 130 ± 110 % more" in reason.sentence
+
+
+@pytest.mark.parametrize("residual", [None, 0.0, 1e-9, 0.37, 113.2, 1e12])
+@pytest.mark.parametrize("share", [0.0, 1e-9, 0.37, 100.0])
+@pytest.mark.parametrize("mean", [0.0, 1e-9, 1.2, 113.2])
+def test_maps_and_registration_of_any_numbers(residual: float | None, share: float, mean: float) -> None:
+    summary = DifferenceSummary(
+        pixels=100, mean=mean, median=mean, p95=mean, p99=mean, largest=mean, limit=1.4, above_limit_percent=share
+    )
+    registration = RegistrationEvidence(residual, (-0.021, 113.0), (1e-9, 0.0), -0.011)
+    for seen, other in itertools.product((None, summary), (False, True)):
+        evidence = Evidence(per_pixel=summary, seen=seen, registration=registration, other_flakes=other)
+        verdict = judge(evidence, Limits())
+        for outcome in ("fails", "cannot say", "noted"):
+            assert not any(wrong(line) for line in outcome_lines(verdict, outcome))
+        assert not any(wrong(line) for line in passing_lines(verdict))
+
+
+# `cyclopean compare --measures`: the table in the terminal, in JSON and on the page, and what is refused.
+
+NAMES = "delta-e-2000,s-cielab,pu-ssim,pu-psnr"
+
+
+@pytest.mark.nightly
+@pytest.mark.usefixtures("undrawn")
+def test_a_pair_has_a_row_for_each_measure_and_a_figure_for_each_eye(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    photo = written(tmp_path / "a.exr", few(), few(1.0))
+    other = written(tmp_path / "b.exr", few(gain=1.02), few(1.0, gain=1.04))
+    page = tmp_path / "out.html"
+    words = ("--regions", PLATE, "--rig", RIG, "--measures", "delta-e-2000", "--measures", NAMES, "-o", page)
+    found = compared(cyclopean, photo, other, *words, expect=None)
+    rows = {row["name"]: row for row in found["measures"]}
+    assert list(rows) == NAMES.split(",")
+    for eye in ("left", "right"):
+        # One engine: the mean over the same pixels.
+        assert rows["delta-e-2000"][eye] == pytest.approx(found["eyes"][eye]["per_pixel"]["mean"], abs=1e-5)
+        assert rows["s-cielab"][eye] == pytest.approx(found["eyes"][eye]["as_seen"]["mean"], abs=1e-5)
+    for name in ("delta-e-2000", "s-cielab", "pu-ssim"):
+        assert rows[name]["binocular"] == pytest.approx((rows[name]["left"] + rows[name]["right"]) / 2, rel=1e-12)
+    assert rows["delta-e-2000"]["left"] < rows["delta-e-2000"]["right"]
+    assert rows["pu-psnr"]["left"] > rows["pu-psnr"]["binocular"] > rows["pu-psnr"]["right"]
+    assert "both eyes</th>" in page.read_text(encoding="utf-8")
+
+
+def test_the_terminal_prints_the_table(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.02))
+    told = cyclopean("compare", photo, other, "--regions", PLATE, "--rig", RIG, "--measures", NAMES, expect=None)
+    lines = told.stdout.splitlines()
+    at = lines.index("Measures:")
+    assert lines[at + 1].split() == ["measure", "value"]
+    assert [line.split()[0] for line in lines[at + 2 : at + 6]] == ["ΔE00", "S-CIELAB", "PU21-SSIM", "PU21-PSNR"]
+
+
+def test_identical_pictures_have_no_number_for_infinity(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    photo = written(tmp_path / "a.exr", few())
+    found = compared(cyclopean, photo, photo, "--regions", PLATE, "--rig", RIG, "--measures", NAMES)
+    assert [row["both"] for row in found["measures"]] == [0.0, 0.0, 1.0, None]
+
+
+def test_only_pixels_that_count_are_measured(tmp_path: Path) -> None:
+    light = few()
+    spoilt = few(gain=1.02).copy()
+    spoilt[:40] *= 3.0
+    regions = tmp_path / "regions.yaml"
+    height, width = light.shape[:2]
+    middle = f"{{kind: rectangle, name: middle, box: [20, 60, {width - 40}, {height - 80}]}}"
+    regions.write_text(f"schema_version: 1\nregions:\n  - {middle}\n", encoding="utf-8")
+    photo = written(tmp_path / "a.exr", light)
+    viewing = ViewingConditions(45.0, np.array([95.0, 100.0, 108.9]))
+    options = CompareOptions(register="none", viewing=viewing, measures=("delta-e-2000", "pu-ssim"))
+    values = {}
+    for name, other in (("plain", few(gain=1.02)), ("spoilt", spoilt)):
+        table = compare_pictures(photo, written(tmp_path / f"{name}.exr", other), regions, options).measures
+        assert table is not None
+        values[name] = [row.eyes["both"].value for row in table.rows]
+    assert values["spoilt"] == values["plain"]
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("--rig", RIG, "--measures", "flipp"), "there is no measure 'flipp' (did you mean 'flip'?)"),
+        (("--measures", "pu-ssim"), "give --rig RIG.yaml"),
+        (("--rig", RIG, "--measures", ","), "no measure is named"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused_in_one_line(
+    tmp_path: Path, cyclopean: Cyclopean, words: tuple[object, ...], complaint: str
+) -> None:
+    files = tmp_path / "no.exr", tmp_path / "no.exr"
+    told = cyclopean("compare", *files, "--regions", PLATE, "-o", tmp_path / "o.html", *words, expect=2)
+    assert complaint in told.stderr
+    assert len(told.stderr.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_package_is_named(tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
+    photo = written(tmp_path / "a.exr", few())
+    told = cyclopean("compare", photo, photo, "--regions", PLATE, "--rig", RIG, "--measures", "flip", expect=2)
+    assert "pip install '.[measures]'" in told.stderr
+    assert len(told.stderr.splitlines()) == 1
+
+
+@pytest.mark.nightly
+def test_measures_make_a_table_and_do_not_change_the_verdict(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.05))
+    words = ("--regions", PLATE, "--rig", RIG)
+    plain = compared(cyclopean, photo, other, *words, expect=None)
+    measured = compared(cyclopean, photo, other, *words, "--measures", NAMES, expect=None)
+    assert measured["verdict"] == plain["verdict"]
+    assert measured["measures"] is not None
+    assert plain["measures"] is None

@@ -1,16 +1,33 @@
-"""What cannot be compared is refused in one line, with exit status 2, and nothing is written."""
+"""What cannot be compared, or is made to do harm, is refused in one line and nothing is written."""
 
 from __future__ import annotations
 
+import json
+import re
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from devices.camera import CameraModel, Exposure, write_camera
+from documents import InputError
+from runner.cli.compare import _pair
+from runner.cli.main import group
+from runner.reports.comparison.experiment import checked_name
+from runner.reports.comparison.report import check_page
+from stimuli.comparison import place_regions, read_regions
+from stimuli.comparison.areas import area_means
+from stimuli.comparison.regions import corner_pairs
+from stimuli.comparison.regions_file import MOST_AREAS
 from stimuli.develop import CameraImage, write_camera_exr
-from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, patch_XYZ, spots, written
+from stimuli.measures import SeenPicture
+from stimuli.measures.scielab import MOST_PIXELS_PER_DEGREE
+from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, few, patch_XYZ, spots, written
+
+# What cannot be compared is refused in one line, with exit status 2, and nothing is written.
 
 Refused = Callable[..., str]
 
@@ -179,3 +196,171 @@ def test_values_that_are_no_numbers(tmp_path: Path, refused: Refused, bad: float
     output.close()
     line = refused(written(tmp_path / "a.exr", spots()), tmp_path / "b.exr", "--regions", PLATE)
     assert "b.exr: 1 pixel is not finite" in line
+
+
+# Names, places and texts made to do harm: `cyclopean compare` writes nothing where it should not.
+@pytest.mark.parametrize(
+    "name",
+    ["", ".", "..", "../up", "/etc/x", "a/b", "a\\b", "a.yaml", "-x", "A", "é", "a b", "a\n", "a\x00", "x" * 61]
+    + ["con", "prn", "aux", "nul", "com1", "lpt9", "\u202ea"],
+)
+def test_an_experiment_s_name_cannot_lead_elsewhere(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="an experiment cannot be called") as caught:
+        checked_name(name, tmp_path)
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("name", ["a", "0", "console", "com10", "nul-1", "x" * 60])
+def test_names_that_are_like_them_are_right(tmp_path: Path, name: str) -> None:
+    checked_name(name, tmp_path)
+
+
+@pytest.mark.parametrize("place", ["experiments/a.yaml", "configs/stimuli/a.yaml", "configs/stimuli/a"])
+@pytest.mark.parametrize("there", ["file", "folder", "link that leads nowhere"])
+def test_nothing_is_written_over_or_through(tmp_path: Path, place: str, there: str) -> None:
+    path = tmp_path / place
+    path.parent.mkdir(parents=True)
+    if there == "file":
+        path.write_text("mine")
+    elif there == "folder":
+        path.mkdir()
+    else:
+        path.symlink_to(tmp_path / "outside.yaml")
+    with pytest.raises(InputError, match=re.escape(f"{place}: it is there already")):
+        checked_name("a", tmp_path)
+
+
+def test_an_empty_name_is_no_name(tmp_path: Path) -> None:
+    file = tmp_path / "a.exr"
+    words = ["compare", str(file), str(file), "--regions", str(PLATE), "--rig", str(RIG), "--experiment", ""]
+    with pytest.raises(InputError, match="cannot be called ''"):
+        CliRunner().invoke(group, words, catch_exceptions=False)
+
+
+def _folder(path: Path) -> Path:
+    (path / "a.html").mkdir()
+    return path / "a.html"
+
+
+def _below_a_file(path: Path) -> Path:
+    (path / "file").write_text("")
+    return path / "file" / "more" / "a.html"
+
+
+@pytest.mark.parametrize("place", [_folder, _below_a_file])
+def test_where_no_page_can_be_is_told_before_anything_is_written(tmp_path: Path, place: Callable[[Path], Path]) -> None:
+    output = place(tmp_path)
+    with pytest.raises(InputError) as caught:
+        check_page(output, [])
+    assert str(caught.value).startswith(str(output))
+
+
+@pytest.mark.parametrize("text", ["nan,1", "1,inf", "1e308,1", "1", "1,2,3", ""])
+def test_corners_are_numbers_that_a_picture_has(text: str) -> None:
+    with pytest.raises(Exception, match="a corner is"):
+        _pair(text)
+
+
+BAD = "<img src=x onerror=alert(1)>&\"'"
+
+
+@pytest.mark.nightly
+def test_text_from_people_stays_text(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    folder = tmp_path / "<b>x"
+    folder.mkdir()
+    file = written(folder / "<script>alert(1)<!--.exr", few())
+    regions = folder / "<i>r.yaml"
+    region = json.dumps({"kind": "rectangle", "name": BAD, "box": [20, 20, 60, 80]})
+    other = json.dumps({"kind": "rectangle", "name": "=HYPERLINK(1)\n</svg><script>", "box": [90, 20, 80, 80]})
+    regions.write_text(f"schema_version: 1\nregions: [{region}, {other}]\n", encoding="utf-8")
+    page = tmp_path / "out.html"
+    done = cyclopean("compare", file, file, "--regions", regions, "-o", page, "--json", expect=None)
+    assert done.returncode in (0, 1), done.stderr
+    html = page.read_text(encoding="utf-8")
+    assert "onerror" in html
+    for tag in ("<script", "<img src=x", "<b>x", "<i>r", "<!--."):
+        assert tag not in html
+
+
+# Regions files and viewing distances made to do harm: absurd numbers, more areas than anyone names.
+
+SHAPE = (40, 60, 3)
+
+
+def regions_refused(tmp_path: Path, regions: str) -> list[str]:
+    path = tmp_path / "r.yaml"
+    path.write_text(f"schema_version: 1\nregions:\n{regions}", encoding="utf-8")
+    began_s = time.process_time()
+    with pytest.raises(InputError) as caught:
+        place_regions(read_regions(path), SHAPE)
+    assert time.process_time() - began_s < 5
+    return [str(finding).removeprefix(f"{tmp_path}/") for finding in caught.value.findings]
+
+
+@pytest.mark.parametrize("number", [".nan", ".inf", "1e308", "-1e308", "1e10", "1" + "0" * 40])
+@pytest.mark.parametrize(
+    "region",
+    [
+        "{{kind: rectangle, name: a, box: [{}, 0, 5, 5]}}",
+        "{{kind: rectangle, name: a, box: [0, 0, 5, 5], rendering_box: [0, {}, 5, 5]}}",
+        "{{kind: polygon, name: a, points: [[0, 0], [5, {}], [5, 5]]}}",
+        "{{kind: plate, corners: [[0, 0], [9, 0], [9, {}], [0, 9]]}}",
+    ],
+)
+def test_absurd_places_are_refused_where_they_stand(tmp_path: Path, region: str, number: str) -> None:
+    (told,) = regions_refused(tmp_path, f"  - {region.format(number)}\n")
+    # YAML reads the number at its own place; a fault of a list is told at the value too.
+    assert told.startswith(f"r.yaml:3:{5 + region.replace('{{', '{').index('{}')}: "), told
+    assert len(told) < 300
+
+
+def test_places_of_both_pictures_never_overflow(tmp_path: Path) -> None:
+    path = tmp_path / "r.yaml"
+    corners = "[[-1e9, -1e9], [1e9, -1e9], [1e9, 1e9], [-1e9, 1e9]]"
+    plate = f"{{kind: plate, corners: {corners}, rendering_corners: {corners}}}"
+    path.write_text(f"schema_version: 1\nunits: share\nregions: [{plate}]\n", encoding="utf-8")
+    found = corner_pairs(read_regions(path), SHAPE, SHAPE)
+    assert found is not None
+    assert np.isfinite(found).all()
+
+
+@pytest.mark.parametrize("grids", [2, 1000])
+def test_more_areas_than_anyone_names_are_refused(tmp_path: Path, grids: int) -> None:
+    lines = [f"  - {{kind: grid, name: g{number}, rows: 100, columns: 100}}\n" for number in range(grids)]
+    (told,) = regions_refused(tmp_path, "".join(lines))
+    assert told == f"r.yaml:4:5: with 'g1' these are 20000 areas (a regions file has {MOST_AREAS} at most)"
+
+
+def test_a_grid_of_a_milliard_cells_is_refused(tmp_path: Path) -> None:
+    (told,) = regions_refused(tmp_path, "  - {kind: grid, name: g, rows: 1000000000, columns: 3}\n")
+    assert told.startswith("r.yaml:3:")
+
+
+def test_ten_thousand_faults_are_told_in_part() -> None:
+    outline = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    with pytest.raises(InputError) as caught:
+        area_means(np.ones(SHAPE), [(f"cell {number}", outline) for number in range(200)], least_pixels=25)
+    told = [str(finding) for finding in caught.value.findings]
+    assert len(told) == 21
+    assert told[-1] == "180 more regions have such faults"
+
+
+@pytest.mark.parametrize("pixels_per_degree", [1.01 * MOST_PIXELS_PER_DEGREE, 1e9, 1e300])
+def test_a_picture_seen_from_the_moon_is_refused(pixels_per_degree: float) -> None:
+    with pytest.raises(InputError, match="check the viewing distance"):
+        SeenPicture(np.ones(SHAPE), pixels_per_degree, np.ones(3))
+
+
+# The regions file that the page shows can be read and placed.
+
+PAGE = Path(__file__).parents[3] / "docs/regions.md"
+
+
+def test_the_pages_example_can_be_placed(tmp_path: Path) -> None:
+    found = re.search(r"```yaml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    (tmp_path / "regions.yaml").write_text(found.group(1), encoding="utf-8")
+    regions = read_regions(tmp_path / "regions.yaml")
+    placed = place_regions(regions, (3000, 2600, 3), (3000, 2600, 3))
+    assert len(placed.regions) == 24 + 1 + 1 + 1 + 15
+    assert corner_pairs(regions, (3000, 2600, 3), (3000, 2600, 3)) is not None

@@ -24,7 +24,7 @@ from stimuli.recipes.values import DevelopSpec
 from tests.runner.cli.stimuli.test_wrong_input import exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 from tests.stimuli.spectral.pictures import save_exr
-from tests.stimuli.test_align_straighten import view
+from tests.stimuli.test_align import view
 
 PITCH_MM = 0.2768
 

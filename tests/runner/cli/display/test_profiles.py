@@ -85,7 +85,7 @@ def test_what_is_missing_is_asked_for(arguments: list[str], words: str) -> None:
 
 
 def test_the_room_s_light_goes_into_no_file_for_other_programs(tmp_path: Path) -> None:
-    """In a ``.cube``: tests/devices/profiles/test_cube.py."""
+    """In a ``.cube``: tests/devices/profiles/test_display_model.py."""
     made: dict[str, bytes] = {}
     for name, room in (("dark", ""), ("lit", "ambient_XYZ_cd_m2: [0.5, 0.6, 0.4]\n")):
         path, out = tmp_path / name / "d.yaml", tmp_path / name / "d.icc"
