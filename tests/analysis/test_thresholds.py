@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, mean_threshold, simulate
+from tests.kept import known
 
 # The fit is the plain posterior, finds what was put in, and gives no number where answers tell none.
 
@@ -31,8 +32,7 @@ def test_it_finds_what_answers_follow(function: str) -> None:
     fit = fit_threshold(*_answers(shares.tolist(), 1000), function=function)
     assert fit.threshold == pytest.approx(0.2, rel=0.05)
     assert fit.slope == pytest.approx(5.0, rel=0.12)
-    assert fit.threshold_interval is not None
-    assert fit.threshold_interval[0] < 0.2 < fit.threshold_interval[1]
+    assert known(fit.threshold_interval)[0] < 0.2 < known(fit.threshold_interval)[1]
     assert fit.probability(0.2) == pytest.approx(0.5 + 0.5 * shape.at_threshold, abs=0.03)
 
 
@@ -132,11 +132,9 @@ def test_a_level_of_zero_on_a_logarithmic_axis_is_said_with_the_way_out() -> Non
     assert (sound.axis, sound.warning, fit.axis) == ("log10", "", "linear")
     assert f"blanks=({sum(right[200:])}, 40)" in str(warned[0].message)
     assert fit.to_json()["warning"] == fit.warning == str(warned[0].message)
-    assert sound.slope is not None
-    assert fit.slope is not None
-    assert fit.slope > 5 * sound.slope
+    assert known(fit.slope) > 5 * known(sound.slope)
     mended = fit_threshold(levels[:200], right[:200], blanks=(sum(right[200:]), 40))
-    assert (mended.threshold, mended.slope, mended.blanks[1]) == (sound.threshold, sound.slope, 40)
+    assert (mended.threshold, mended.slope, mended.blanks[1]) == (sound.threshold, known(sound.slope), 40)
     with pytest.raises(ValueError, match="blanks="):
         fit_threshold(levels, right, axis="log10")
 
@@ -188,13 +186,10 @@ def test_trials_without_a_signal_say_how_often_yes_is_a_false_alarm() -> None:
     levels = [1, 2, 4, 8, 16] * 12
     yes = [level > 4 or (level == 4 and number % 2 == 0) for number, level in enumerate(levels)]
     never, often = (fit_threshold(levels, yes, guess=None, blanks=blanks) for blanks in ((0, 60), (12, 60)))
-    assert never.guess is not None
-    assert never.guess < 0.03
-    assert often.guess is not None
-    assert often.guess > 0.08
-    assert often.guess_interval is not None
+    assert known(never.guess) < 0.03
+    assert known(often.guess) > 0.08
     assert never.guess_interval is not None
-    assert often.guess_interval[0] > never.guess
+    assert known(often.guess_interval)[0] > known(never.guess)
     assert never.blanks == (0, 60)
 
 
@@ -207,12 +202,9 @@ def test_where_lower_levels_are_easier_the_fit_is_the_mirrored_one(axis: str) ->
     lower = fit_threshold(levels.tolist(), right.tolist(), function="normal", axis=axis, easier="lower")
     mirrored = 1 / levels if axis == "log10" else -levels
     higher = fit_threshold(mirrored.tolist(), right.tolist(), function="normal", axis=axis)
-    assert lower.threshold is not None
-    assert higher.threshold is not None
-    assert lower.threshold_interval is not None
     assert higher.threshold_interval is not None
-    back = [1 / each if axis == "log10" else -each for each in (higher.threshold, *higher.threshold_interval)]
-    assert [lower.threshold, *lower.threshold_interval[::-1]] == pytest.approx(back, rel=1e-9)
+    back = [1 / each if axis == "log10" else -each for each in (known(higher.threshold), *higher.threshold_interval)]
+    assert [known(lower.threshold), *known(lower.threshold_interval)[::-1]] == pytest.approx(back, rel=1e-9)
     assert lower.slope == pytest.approx(higher.slope or 0.0, rel=1e-9)
     assert lower.probability(1.0) == pytest.approx(higher.probability(1.0 if axis == "log10" else -1.0) or 0.0)
 

@@ -26,10 +26,9 @@ MOST_SKIPPED = 2
 def collector() -> ModuleType:
     """The conftest that collects the pages."""
     spec = known(importlib.util.spec_from_file_location("conftest_of_pages", ROOT / "conftest.py"))
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
+    known(spec.loader).exec_module(module)
     return module
 
 

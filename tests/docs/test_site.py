@@ -23,9 +23,8 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 @pytest.fixture(scope="module")
 def hooks() -> ModuleType:
     spec = known(importlib.util.spec_from_file_location("docs_site", ROOT / "tools" / "docs_site.py"))
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    known(spec.loader).exec_module(module)
     return module
 
 

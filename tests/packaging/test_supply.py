@@ -28,9 +28,8 @@ FILES = sorted((ROOT / "requirements").glob("*.txt"))
 def tool(name: str) -> ModuleType:
     """Import a script of tools/."""
     spec = known(spec_from_file_location(name, ROOT / "tools" / f"{name}.py"))
-    assert spec.loader is not None
     module = module_from_spec(spec)
-    spec.loader.exec_module(module)
+    known(spec.loader).exec_module(module)
     return module
 
 

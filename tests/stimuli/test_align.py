@@ -38,6 +38,7 @@ from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle import Studio
 from tests.compiled_loops import not_in_numpy
+from tests.kept import known
 
 # Pairs aligned: known shifts come back, what cannot be aligned is refused.
 
@@ -119,8 +120,7 @@ def test_an_aligned_pair_is_at_zero_and_cropped_alike() -> None:
     found = align_pair(left, right, viewing=Viewing(PITCH_MM, 700.0))
     assert found.shift_px == pytest.approx(5.3, abs=0.005)
     assert found.vertical_px == pytest.approx(-1.6, abs=0.005)
-    assert found.residual_px is not None
-    assert found.residual_px < 0.005
+    assert known(found.residual_px) < 0.005
     assert found.left.shape == found.right.shape == (192 - 2 - 10, 192 - 5 - 10, 3)
     # Each view is moved by half of the 0.3 px, and none beyond its edge.
     assert found.crop["left"][:2] == pytest.approx((4.85, 6.8), abs=0.005)
@@ -615,8 +615,7 @@ def test_a_few_blocks_that_are_wrong_draw_nothing(roll: float, growth: float, mi
     from_middle = places - (299.5, 199.5)
     vertical = middle + roll * from_middle[:, 0] + growth * from_middle[:, 1]
     vertical[:6] += rng.uniform(-16, 16, 6)
-    found = fit_roll_scale(places, vertical, (600, 400))
-    assert found is not None
+    found = known(fit_roll_scale(places, vertical, (600, 400)))
     assert np.radians(found.roll_deg) == pytest.approx(np.arctan2(roll, 1 + growth), abs=2e-4)
     assert found.scale == pytest.approx(np.hypot(1 + growth, roll), abs=2e-4)
 
@@ -652,8 +651,7 @@ def test_what_cannot_be_straightened_is_refused() -> None:
 
 
 def test_the_report_of_an_aligned_pair_tells_roll_and_scale() -> None:
-    found = align_pair(view(), view(0.2, 1.001)).disparity.roll_scale
-    assert found is not None
+    found = known(align_pair(view(), view(0.2, 1.001)).disparity.roll_scale)
     assert found.certain
     assert found.roll_deg == pytest.approx(0.2, abs=4 * found.roll_se_deg)
     assert found.scale == pytest.approx(1.001, abs=4 * found.scale_se)
@@ -686,10 +684,8 @@ def test_large_views_are_averaged_to_measure(monkeypatch: pytest.MonkeyPatch) ->
 def test_views_that_agree_to_the_last_bit_are_level_and_one_wrong_block_is_not_believed() -> None:
     places = np.stack(np.meshgrid(np.arange(32.0, 600, 64), np.arange(32.0, 400, 64)), axis=-1).reshape(-1, 2)
     vertical = np.full(len(places), 2.0)
-    level = fit_roll_scale(places, vertical, (600, 400))
-    assert level is not None
+    level = known(fit_roll_scale(places, vertical, (600, 400)))
     assert (level.roll_deg, level.scale, level.middle_px) == pytest.approx((0, 1, 2), abs=1e-9)
     vertical[3] += 5
-    one_wrong = fit_roll_scale(places, vertical, (600, 400))
-    assert one_wrong is not None
+    one_wrong = known(fit_roll_scale(places, vertical, (600, 400)))
     assert (one_wrong.roll_deg, one_wrong.scale, one_wrong.middle_px) == pytest.approx((0, 1, 2), abs=1e-6)

@@ -26,6 +26,7 @@ from stimuli.recipes.build_context import BuildContext, MadePicture
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
 from stimuli.recipes.values import SeriesSpec
 from stimuli.sparkle import Studio
+from tests.kept import known
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"
@@ -294,8 +295,7 @@ def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, Mad
 
 def test_a_tinted_coat_tints_what_flakes_add(recipe: SparkleSeriesRecipe) -> None:
     named = recipe.plates[0]
-    tint = named.flakes.chromaticity_xy
-    assert tint is not None
+    tint = known(named.flakes.chromaticity_xy)
     tinted = named.over(recipe.plate)
     clear = tinted.model_copy(update={"flakes": tinted.flakes.model_copy(update={"chromaticity_xy": None})})
     dark = {"base": tinted.base.model_copy(update={"reflectance": 0.0})}
@@ -304,8 +304,7 @@ def test_a_tinted_coat_tints_what_flakes_add(recipe: SparkleSeriesRecipe) -> Non
         (photograph,) = studio.photographs("flat", 1e-3)
         assert photograph.saturated_percent == (0.0, 0.0, 0.0)
         total = photograph.xyz_cd_m2.sum(axis=(0, 1), dtype=np.float64)
-        assert expected is not None
-        np.testing.assert_allclose(total[:2] / total.sum(), expected, rtol=1e-5)
+        np.testing.assert_allclose(total[:2] / total.sum(), known(expected), rtol=1e-5)
 
 
 def test_the_preliminary_test_shows_the_plate_of_the_five() -> None:

@@ -33,6 +33,7 @@ from typing import Any
 
 from documents import InputError
 from documents.text import hidden_character
+from tests.kept import known
 
 ROOT = Path(__file__).parents[2]
 MOST_S, MOST_BYTES = 10.0, 1 << 30
@@ -309,8 +310,7 @@ def _lines(process: subprocess.Popen[str]) -> Iterator[Any]:
     said: queue.Queue[str] = queue.Queue()
 
     def listen() -> None:
-        assert process.stdout is not None
-        for line in process.stdout:
+        for line in known(process.stdout):
             said.put(line)
         said.put("")
 
@@ -331,9 +331,8 @@ def read_all(module: str, keys: Sequence[Key]) -> Outcome:
             tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors,
             subprocess.Popen(command, cwd=ROOT, text=True, **{**pipes, "stderr": errors}) as process,  # type: ignore[call-overload]  # the pipes are as subprocess has them
         ):
-            assert process.stdin is not None
-            process.stdin.write(json.dumps(left))
-            process.stdin.close()
+            known(process.stdin).write(json.dumps(left))
+            known(process.stdin).close()
             reading: Key | None = None
             done = 0
             for line in _lines(process):

@@ -22,6 +22,7 @@ from stimuli.comparison.registering import align
 from stimuli.comparison.table import region_table
 from stimuli.errors import StimulusError
 from stimuli.pictures import RowFile
+from tests.kept import known
 from tests.stimuli.comparison.scenes import PLATE, RIG, spots, written
 from tests.stress.memory import command_alone
 from tests.stress.sheet import WHITE, Sheet
@@ -77,8 +78,7 @@ def test_any_shift_and_turn_is_found_or_refused(seed: int) -> None:
     allowed = 0.05 if noise < 0.1 else 0.2
     assert found.shift_px == pytest.approx((dx, dy), abs=allowed)
     assert found.rotation_deg == pytest.approx(angle, abs=0.05)
-    assert found.residual_px is not None
-    assert found.residual_px < (0.1 if noise < 0.1 else 0.25)
+    assert known(found.residual_px) < (0.1 if noise < 0.1 else 0.25)
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -100,8 +100,7 @@ def test_nearly_as_many_cells_as_a_file_may_have_of_thirty_six_megapixels(tmp_pa
     tracemalloc.stop()
     assert MOST_AREAS - 100 < len(table.rows) == 9901
     assert sum(row.photo.pixels for row in table.rows[1:]) == table.rows[0].photo.pixels == 4912 * 7360
-    assert table.factor is not None
-    assert table.factor.mean_ratio == pytest.approx(1 / 1.03, rel=1e-6)
+    assert known(table.factor).mean_ratio == pytest.approx(1 / 1.03, rel=1e-6)
     assert len(judge(Evidence(regions=table)).having("noted")) == 1
     assert peak < 6e8
 

@@ -32,6 +32,7 @@ from stimuli.measures import (
 from stimuli.pictures import StereoImage, resample_picture, rows
 from stimuli.pictures.resampling import Filter, axis_weights
 from stimuli.sparkle import SparkleMeasures, measure_sparkles
+from tests.kept import known
 from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress
@@ -252,11 +253,9 @@ def test_bands_of_any_height_make_the_map_of_the_whole(
 ) -> None:
     reference, test = grain((97, 53)), grain((97, 53), 2)
     viewing = ViewingConditions(120.0, MEASURES_WHITE)
-    whole = measure_named(name).measure(reference, test, viewing).error_map
+    whole = known(measure_named(name).measure(reference, test, viewing).error_map)
     monkeypatch.setattr(rows, "BAND_PIXELS", 53 * band_rows)
-    banded = measure_named(name).measure(reference, test, viewing).error_map
-    assert whole is not None
-    assert banded is not None
+    banded = known(measure_named(name).measure(reference, test, viewing).error_map)
     # Sums of S-CIELAB's wide Gaussians, in single precision, are added up in another order.
     np.testing.assert_allclose(banded, whole, rtol=0, atol=2e-3 if name.startswith("s-cielab") else 1e-6)
 
@@ -281,8 +280,7 @@ def test_six_megapixels_in_little_memory(name: str) -> None:
     tracemalloc.stop()
     # Twenty-four of the map in single precision; the packages' own memory is not traced.
     assert peak < 250e6
-    small = table[name].eyes["both"].error_map
-    assert small is not None
+    small = known(table[name].eyes["both"].error_map)
     assert max(small.shape) <= 900
 
 

@@ -36,6 +36,7 @@ from benchmarks.reviewers import OBSERVERS, SPREADS, levels
 from benchmarks.simulated_studies import Design, as_comparisons
 from documents.arrays import Floats
 from tests.analysis.agreement.test_interval import contained
+from tests.kept import known
 from tests.stress.answered import answered
 from tests.stress.how_many import how_many
 
@@ -79,10 +80,8 @@ def test_p_of_u_is_uniform_under_chance(n: int, observers: int, gaps: float) -> 
     random = np.random.default_rng(n + observers)
     tails = []
     for _ in range(how_many(400, 1000)):
-        found = kendall_u(answers(np.zeros(n), observers, random, gaps), shuffles=0)
-        assert found is not None
-        assert found.chance is not None
-        tails.append(found.chance)
+        found = known(kendall_u(answers(np.zeros(n), observers, random, gaps), shuffles=0))
+        tails.append(known(found.chance))
     check_uniform(tails, random, slack=0.0 if tails[0].exact else 0.01)
 
 
@@ -107,8 +106,7 @@ def test_many_items_and_many_observers(n: int, observers: int, seconds: float) -
     assert process_time() - start < seconds
     assert len(table.lines) == observers
     assert all(line.fit and line.answers == comb(n, 2) for line in table.lines)
-    assert table.concordance is not None
-    assert table.concordance.u > 0
+    assert known(table.concordance).u > 0
 
 
 # Measures and observers at the edges: level and coverage over many studies, sizes, values that are hard to rank.
@@ -175,8 +173,7 @@ def test_sixty_stimuli_and_a_thousand_observers() -> None:
     assert time.process_time() - started < 60
     (result,) = found.measures
     assert result.decision == "agrees"
-    assert result.whole.accuracy.share is not None
-    assert result.whole.accuracy.share > 0.999
+    assert known(result.whole.accuracy.share) > 0.999
     assert result.whole.correlations["spearman"].low is not None
 
 
@@ -205,9 +202,7 @@ def test_values_that_are_hard_to_rank(values: list[float]) -> None:
         one = found.measures[0].whole.correlations[kind]
         if one.value is not None:
             assert -1 <= one.value <= 1
-            assert one.low is not None
-            assert one.high is not None
-            assert -1 <= one.low <= one.value <= one.high <= 1 + 1e-12
+            assert -1 <= known(one.low) <= one.value <= known(one.high) <= 1 + 1e-12
     json.dumps(found.to_json(), allow_nan=False)
 
 
@@ -233,8 +228,7 @@ def test_a_thousand_observers() -> None:
     assert compare_models(scores.comparisons).folds == 10
     assert multiverse(scores, adjustments=("holm",)).fits == 2 * 21
     assert len(pair_residuals(scores).pairs) == 66
-    result = transitivity(scores)
-    assert result is not None
+    result = known(transitivity(scores))
     assert result.triples == 220
     assert process_time() - start < 60
 
@@ -242,8 +236,7 @@ def test_a_thousand_observers() -> None:
 def test_a_hundred_items() -> None:
     scores = score(as_comparisons(next(Design(np.linspace(-1, 1, 100), 8).studies(1, 2))))
     start = process_time()
-    result = transitivity(scores)
-    assert result is not None
+    result = known(transitivity(scores))
     assert result.triples == 161_700
     assert result.replicates == 123
     assert len(pair_probabilities(scores).pairs) == len(equivalence(scores, "1jnd").pairs) == 4950
@@ -259,6 +252,5 @@ def test_huge_and_tiny_counts() -> None:
         for pair in pair_probabilities(scores).pairs:
             assert 0 <= pair.first_preferred.low <= pair.first_preferred.value <= pair.first_preferred.high <= 1
         assert all(pair.p is not None and 0 <= pair.p <= 1 for pair in pair_residuals(scores).pairs)
-        result = transitivity(scores, replicates=200)
-        assert result is not None
+        result = known(transitivity(scores, replicates=200))
         assert result.strong.broken in (0, 1)

@@ -34,6 +34,7 @@ from stimuli.pictures import (
     write_exr,
 )
 from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, named_encoding
+from tests.kept import known
 from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, write_bytes
 from tests.stress.memory import forget_peak, peak_kb
 
@@ -63,8 +64,7 @@ def save(folder: Path, kind: str, pixels: NDArray[Any]) -> Path:
     if pixels.shape[2] in (2, 4):
         spec.alpha_channel = pixels.shape[2] - 1
         spec.attribute("oiio:UnassociatedAlpha", 1)
-    output = oiio.ImageOutput.create(str(file))
-    assert output is not None
+    output = known(oiio.ImageOutput.create(str(file)))
     assert output.open(str(file), spec)
     assert output.write_image(pixels)
     output.close()
@@ -113,8 +113,7 @@ def test_every_packing_turned_every_way(tmp_path: Path, packing: Packing, orient
     exif = Image.Exif()
     exif[0x0112] = orientation
     stored.save(tmp_path / "a.png", exif=exif)
-    upright = ImageOps.exif_transpose(Image.open(tmp_path / "a.png"))
-    assert upright is not None
+    upright = known(ImageOps.exif_transpose(Image.open(tmp_path / "a.png")))
     assert np.array_equal(np.asarray(upright), whole)
     image = read_picture(tmp_path / "a.png", "srgb", white_luminance_cd_m2=100, packing=packing)
     full = (96, 64) if "half" in packing else ((48, 64) if across else (96, 32))
@@ -245,8 +244,7 @@ def test_a_whole_picture_of_what_cannot_be(tmp_path: Path, value: float) -> None
         write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
     spec = oiio.ImageSpec(3, 3, 3, "float")
     spec.attribute("chromaticities", "float[8]", (1, 0, 0, 1, 0, 0, 1 / 3, 1 / 3))
-    output = oiio.ImageOutput.create(str(tmp_path / "b.exr"))
-    assert output is not None
+    output = known(oiio.ImageOutput.create(str(tmp_path / "b.exr")))
     assert output.open(str(tmp_path / "b.exr"), spec)
     assert output.write_image(pixels)
     assert output.close()

@@ -32,6 +32,7 @@ from runner.blocks.incomplete_pairs import PLACES, designs, fewest_pairs
 from runner.blocks.orders import Pair, grouped_order
 from runner.blocks.pair_groups import pair_groups
 from tests.answers import new_answer
+from tests.kept import known
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
@@ -91,8 +92,7 @@ def test_the_scores_of_every_scene_come_back(tmp_path: Path, scenes: int, codecs
     """Differences from the first codec, in the model's standard errors: their squares sum to a χ²."""
     scores = made_up(scenes, codecs, seed=scenes)
     results = study(tmp_path / "study", scores, [{"kind": "all_pairs", "within": "scene"}], observers)
-    groups = describe(read_results(results), covariance="model").groups
-    assert groups is not None
+    groups = known(describe(read_results(results), covariance="model").groups)
     assert [name for name, _ in groups.groups] == list(scores)
     statistic = 0.0
     for name, part in groups.groups:
@@ -102,9 +102,7 @@ def test_the_scores_of_every_scene_come_back(tmp_path: Path, scenes: int, codecs
         contrast = np.eye(codecs)[1:] - np.eye(codecs)[0]
         statistic += float(error @ np.linalg.solve(contrast @ fit.covariance @ contrast.T, error))
     assert 1e-4 < chi2.cdf(statistic, scenes * (codecs - 1)) < 1 - 1e-4
-    assert groups.scored.agreement is not None
-    assert groups.scored.agreement.p is not None
-    assert groups.scored.agreement.p < 0.01  # the codecs differ by 0.5 nats from scene to scene
+    assert known(known(groups.scored.agreement).p) < 0.01  # the codecs differ by 0.5 nats from scene to scene
 
 
 def test_pairs_between_scenes_bring_one_scale(tmp_path: Path) -> None:
@@ -125,19 +123,16 @@ def test_two_blocks_of_different_stimuli_have_a_scale_each(tmp_path: Path) -> No
     """As experiments were written before `within`: their results get scores too."""
     scores = made_up(2, 4, seed=5)
     blocks = [{"kind": "all_pairs", "stimuli": [f"{s}-{c}-flat" for c in own]} for s, own in scores.items()]
-    groups = describe(read_results(study(tmp_path / "study", scores, blocks, 20))).groups
-    assert groups is not None
+    groups = known(describe(read_results(study(tmp_path / "study", scores, blocks, 20))).groups)
     assert groups.session_groups.factor == "scene"
     assert [name for name, _ in groups.groups] == ["s1", "s2"]
-    assert groups.pooled is not None
-    assert {item.name for item in groups.pooled.scores.items} == {"c0", "c1", "c2", "c3"}
+    assert {item.name for item in known(groups.pooled).scores.items} == {"c0", "c1", "c2", "c3"}
 
 
 def test_active_pairs_within_scenes_find_each_scale(tmp_path: Path) -> None:
     scores = made_up(2, 6, seed=7)
     block = {"kind": "active_pairs", "within": "scene", "trials_per_stimulus": 12}
-    groups = describe(read_results(study(tmp_path / "study", scores, [block], 10))).groups
-    assert groups is not None
+    groups = known(describe(read_results(study(tmp_path / "study", scores, [block], 10))).groups)
     for name, part in groups.groups:
         assert part.estimate.method == "learnt_prior"
         true = [math.log(scores[name][item.name.split("-")[1]]) for item in part.scores.items]
@@ -190,8 +185,7 @@ def test_a_page_of_thirty_scenes_is_soon_written_and_fits_a_phone(tmp_path: Path
     quiet = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
     command = [CHROMIUM, *quiet, "--allow-file-access-from-files", "--virtual-time-budget=5000", frame.as_uri()]
     shown = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
-    wide = re.search(r"wide (\d+) of (\d+)", shown)
-    assert wide is not None
+    wide = known(re.search(r"wide (\d+) of (\d+)", shown))
     assert int(wide.group(1)) <= int(wide.group(2))
 
 
@@ -262,8 +256,7 @@ def test_the_step_s_interval_holds_the_truth(within: float, between: float) -> N
         found = fit(matches, float(LEVELS[index].mean()), LENGTH)
         if isinstance(found, str):
             continue
-        limits = interval(matches, found, LENGTH)
-        assert limits is not None
+        limits = known(interval(matches, found, LENGTH))
         told += 1
         estimates.append(found[1])
         held += limits[0] <= within and (limits[1] is None or within <= limits[1])

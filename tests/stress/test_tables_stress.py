@@ -31,6 +31,7 @@ from analysis.records import FILE_NAME, new_header
 from benchmarks.power import by_report
 from tests.analysis.power.test_simulation import report_on
 from tests.answers import new_answer
+from tests.kept import known
 from tests.stress.memory import command_alone, run_alone
 
 pytestmark = pytest.mark.stress
@@ -274,8 +275,7 @@ def test_one_quantile_of_the_largest_z_serves_ten_items(observers: int, observer
     found = studies.significant(design.critical_z(observers))
     own = []
     for study in range(20):
-        classes = report_on(studies, study, "maxz").scores.classes
-        assert classes is not None
+        classes = known(report_on(studies, study, "maxz").scores.classes)
         own.append(classes.pair_p <= 0.05)
     assert (found == np.array(own)).mean() > 0.97
 
@@ -288,8 +288,7 @@ def test_workers_that_keep_dying_change_nothing() -> None:
     def kill_now_and_then(done: int, of: int) -> None:
         alive = [process for process in active_children() if process.is_alive()]
         if done in (2, 12, 22) and alive:
-            assert alive[0].pid is not None
-            os.kill(alive[0].pid, signal.SIGKILL)
+            os.kill(known(alive[0].pid), signal.SIGKILL)
             killed.append(done)
 
     found = simulate_power(plan, [15], replicates=250, workers=2, done=kill_now_and_then)

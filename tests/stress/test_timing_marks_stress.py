@@ -12,6 +12,7 @@ import pytest
 
 from devices.timing_marks import MarkError, SerialMarksSpec, open_mark_port
 from documents.platform import pseudo_terminal
+from tests.kept import known
 
 pytestmark = [
     pytest.mark.stress,
@@ -25,8 +26,7 @@ def test_a_reader_that_stalls_gets_what_was_sent_and_nothing_else(seed: int) -> 
     got = bytearray()
     over, full = threading.Event(), threading.Event()
     with pseudo_terminal() as pair:
-        assert pair is not None
-        name, read = pair
+        name, read = known(pair)
 
         def reader() -> None:
             stalls = random.Random(seed + 100)
@@ -61,8 +61,7 @@ def test_a_reader_that_stalls_gets_what_was_sent_and_nothing_else(seed: int) -> 
 def test_each_pulse_ends_in_0_unless_a_mark_cuts_it_short(pulse_ms: float) -> None:
     rng = random.Random(1)
     with pseudo_terminal() as pair:
-        assert pair is not None
-        name, read = pair
+        name, read = known(pair)
         codes, waits_s = [], []
         with closing(open_mark_port(SerialMarksSpec(kind="serial", port=name, pulse_ms=pulse_ms))) as port:
             for _ in range(1500):

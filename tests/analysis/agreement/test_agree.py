@@ -63,15 +63,12 @@ def test_a_measure_that_agrees() -> None:
     assert result.decision == "agrees"
     assert rho.value == pytest.approx(1)
     assert rho.p == pytest.approx(1 / 120)  # of five stimuli: the photograph takes no part
-    assert rho.low is not None
-    assert rho.low > 0.5
+    assert known(rho.low) > 0.5
     assert result.whole.accuracy.share == 1
     calibration = known(result.whole.calibration)
-    assert calibration.table is not None
     # 0.1 points below the photograph are not seen, 0.6 are, by 12 observers who scatter by 0.5.
-    assert (calibration.same, calibration.table.hits, calibration.table.false_alarms) == (1, 1, 0)
-    assert calibration.best is not None
-    assert 0.2 < calibration.best < 0.8
+    assert (calibration.same, known(calibration.table).hits, known(calibration.table).false_alarms) == (1, 1, 0)
+    assert 0.2 < known(calibration.best) < 0.8
 
 
 def test_noise_and_a_reversed_measure_do_not_agree() -> None:
@@ -108,11 +105,9 @@ def test_groups_have_results_of_their_own_and_one_over_all() -> None:
     assert result.whole.correlations["pearson"].value == pytest.approx(np.mean(np.array(each, dtype=float)))
     mean = result.whole.correlations["spearman"]
     assert mean.p == pytest.approx(1 / (120 * 24))
-    assert mean.low is not None
-    assert mean.high is not None
     # Of two groups more is known than of one.
-    assert mean.low > min(group.correlations["spearman"].low or 0.0 for group in result.groups) - 1e-9
-    assert mean.high == pytest.approx(1)
+    assert known(mean.low) > min(group.correlations["spearman"].low or 0.0 for group in result.groups) - 1e-9
+    assert known(mean.high) == pytest.approx(1)
     assert result.whole.accuracy.of == sum(group.accuracy.of for group in result.groups)
 
 
@@ -254,10 +249,9 @@ def test_ratings_are_means_tested_by_student() -> None:
     p = np.array([stats.ttest_rel(each[:, i], each[:, j]).pvalue for i, j in zip(*np.triu_indices(4, 1), strict=True)])
     adjusted = np.maximum.accumulate(np.sort(p) * np.arange(6, 0, -1))[np.argsort(np.argsort(p))]
     assert np.array_equal(group.differs[np.triu_indices(4, 1)], adjusted <= 0.05)
-    assert group.drawn is not None
     # The bootstrap's error is that of a mean of 8, but for the factor 7/8 in the variance.
     expected = each.std(axis=0, ddof=1) / np.sqrt(8) * np.sqrt(7 / 8)
-    assert group.drawn.errors.std(axis=0) == pytest.approx(expected, rel=0.12)
+    assert known(group.drawn).errors.std(axis=0) == pytest.approx(expected, rel=0.12)
 
 
 def test_means_of_draws_are_tested_as_the_draw_s_own_observers() -> None:
@@ -355,10 +349,8 @@ def test_the_order_of_observers_is_all_right_and_the_reverse_all_wrong() -> None
     wrong = pair_accuracy([group], [-group.scores])
     assert (wrong.share, wrong.p) == (0, 1)
     right = pair_accuracy([group], [group.scores])
-    assert right.p is not None
-    assert right.low is not None
-    assert right.p < 0.05
-    assert 0.5 < right.low < 1  # observers whose draws turn a pair
+    assert known(right.p) < 0.05
+    assert 0.5 < known(right.low) < 1  # observers whose draws turn a pair
 
 
 def test_observers_who_tell_no_pair_apart() -> None:
@@ -402,10 +394,9 @@ def test_a_measure_of_which_more_is_better() -> None:
         [group([True, True, False])], [np.array([np.inf, 50.0, 40.0, 20.0])], [0], 45.0, higher_is_better=True
     )
     assert found.table is not None
-    assert found.best is not None
     assert (found.table.hits, found.table.misses, found.table.correct_rejections) == (1, 1, 1)
     assert found.area == 1
-    assert found.best == pytest.approx(30)
+    assert known(found.best) == pytest.approx(30)
     assert (found.best_from, found.best_to) == (20, 40)
 
 
@@ -439,8 +430,7 @@ def test_the_best_limit_is_that_of_all_that_could_be_tried() -> None:
 def test_all_in_one_class_say_nothing_of_a_limit() -> None:
     found = calibrate([group([True, True, True])], [np.array([0, 1.0, 2.0, 3.0])], [0], 1.4)
     assert (found.area, found.best, found.curve) == (None, None, ())
-    assert found.table is not None
-    assert found.table.false_alarm_rate.share is None
+    assert known(found.table).false_alarm_rate.share is None
     assert found.to_json()["area"] is None
 
 

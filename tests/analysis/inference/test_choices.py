@@ -54,7 +54,6 @@ def test_beside_one_by_one(make: Maker, ties: bool) -> None:
     assert not result.skipped
     assert len(result.analyses) == (4 if ties else 2) * 4 * 3 * 6
     assert (result.fits, result.fits + result.fits_spared) == ((4 if ties else 2) * 6, len(result.analyses))
-    assert scores.classes is not None
     names = [comparisons.items[item] for item in scores.order]
     agree: Counter[tuple[str, str]] = Counter()
     for analysis in result.analyses:
@@ -72,7 +71,7 @@ def test_beside_one_by_one(make: Maker, ties: bool) -> None:
     for pair in result.pairs:
         i, j = (comparisons.items.index(name) for name in (pair.first, pair.second))
         assert scores.fit.theta[i] > scores.fit.theta[j]
-        assert pair.differs == (scores.classes.p[i, j] <= 0.05)
+        assert pair.differs == (known(scores.classes).p[i, j] <= 0.05)
         assert pair.stands == pytest.approx(agree[pair.first, pair.second] / len(result.analyses))
     for place, item in enumerate(result.by_item):
         same = [analysis.labels[place] == item.label for analysis in result.analyses]
@@ -182,8 +181,7 @@ def test_the_sandwich_has_students_law(make: Maker) -> None:
         i, j = names.index(pair.first), names.index(pair.second)
         assert scores.fit.theta[i] >= scores.fit.theta[j] - 1e-12
         own, plain = (of[i, i] + of[j, j] - 2 * of[i, j] for of in (covariance, model))
-        assert pair.df is not None
-        reach = student.ppf(0.95, pair.df) * np.sqrt(own / plain)
+        reach = student.ppf(0.95, known(pair.df)) * np.sqrt(own / plain)
         low, high = of_pair(answers.wins, i, j).interval(reach)
         d = scores.fit.theta[i] - scores.fit.theta[j]
         assert (pair.low, pair.high) == pytest.approx((min(low, d), max(high, d)), abs=1e-6)
@@ -210,8 +208,7 @@ def test_ties_beside_sampled_estimates(make: Maker, model: Model) -> None:
         i, j = (scores.comparisons.items.index(name) for name in (pair.first, pair.second))
         sampled = law.probabilities(drawn[:, i] - drawn[:, j], drawn[:, n])
         exact = law.probabilities(np.array([pair.difference]), centre[n])
-        assert pair.tie is not None
-        shown = [pair.first_preferred, pair.second_preferred, pair.tie]
+        shown = [pair.first_preferred, pair.second_preferred, known(pair.tie)]
         assert sum(chance.value for chance in shown) == pytest.approx(1, abs=1e-12)
         for chance, values, true in zip(shown, sampled, exact, strict=True):
             assert chance.value == pytest.approx(true[0], abs=1e-12)
@@ -364,8 +361,7 @@ def test_model_z_is_the_root_of_the_score_test(make: Maker) -> None:
     assert len(result.pairs) == 10
     for pair in result.pairs:
         i, j = (comparisons.items.index(name) for name in (pair.first, pair.second))
-        assert pair.model_z is not None
-        assert pair.model_z**2 == pytest.approx(score_statistic(comparisons, scores.fit.theta, i, j), rel=1e-8)
+        assert known(pair.model_z) ** 2 == pytest.approx(score_statistic(comparisons, scores.fit.theta, i, j), rel=1e-8)
         wins = comparisons.wins
         assert pair.observed == pytest.approx(wins[i, j] / (wins[i, j] + wins[j, i]))
         assert pair.expected == pytest.approx(1 / (1 + np.exp(scores.fit.theta[j] - scores.fit.theta[i])))
@@ -554,8 +550,7 @@ def by_loops(comparisons: Comparisons) -> tuple[int, list[int], list[float], set
 @pytest.mark.parametrize(("gaps", "model"), [(0.0, "bradley-terry"), (0.6, "bradley-terry"), (0.3, "davidson")])
 def test_counts_beside_loops(make: Maker, gaps: float, model: str) -> None:
     comparisons = make(np.linspace(-0.6, 0.6, 7), 4, gaps=gaps, model=model, k=-0.2, seed=3)
-    result = transitivity(score(comparisons, model, method="map"), replicates=50)  # type: ignore[arg-type]  # a name out of a tuple
-    assert result is not None
+    result = known(transitivity(score(comparisons, model, method="map"), replicates=50))  # type: ignore[arg-type]  # a name out of a tuple
     number, counts, short, which = by_loops(comparisons)
     assert result.triples == number
     assert [test.broken for test in result.properties] == counts

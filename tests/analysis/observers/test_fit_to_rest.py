@@ -75,11 +75,10 @@ def test_influence_is_what_leaving_out_changes(study: Study) -> None:
     comparisons = study(np.tile(random.normal(0, 1, 5), (5, 1)), random, 2)
     together = fit(comparisons.wins, method="firth").theta
     for own, line in zip(comparisons.wins_by_observer(), fits_to_rest(comparisons), strict=True):
-        assert line is not None
         change = together - fit(comparisons.wins - own, method="firth").theta
         most = int(np.abs(change).argmax())
-        assert line.influence == pytest.approx(change[most], rel=1e-8)
-        assert line.most_moved == comparisons.items[most]
+        assert known(line).influence == pytest.approx(change[most], rel=1e-8)
+        assert known(line).most_moved == comparisons.items[most]
 
 
 def test_blocks_change_nothing(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,9 +87,7 @@ def test_blocks_change_nothing(study: Study, monkeypatch: pytest.MonkeyPatch) ->
     whole = fits_to_rest(comparisons)
     monkeypatch.setattr(module, "_MOST_NUMBERS", 32)
     for one, other in zip(whole, fits_to_rest(comparisons), strict=True):
-        assert one is not None
-        assert other is not None
-        assert other.z == pytest.approx(one.z, rel=1e-9)
+        assert known(other).z == pytest.approx(known(one).z, rel=1e-9)
 
 
 @settings(max_examples=10, deadline=None)
@@ -209,8 +206,7 @@ def test_the_law_of_three_moments() -> None:
 # Which place each observer chose, and how often they said the same again.
 def test_ties_say_nothing_of_sides() -> None:
     (side,) = side_biases(from_answers([Answer("a", "b", 1, first="a"), Answer("a", "b", 5, first="a", tie=True)]))
-    assert side is not None
-    assert side.answers == 1
+    assert known(side).answers == 1
 
 
 @settings(max_examples=50, deadline=None)
@@ -286,8 +282,7 @@ def test_the_rank_correlation_takes_differences_equal_but_for_rounding_as_equal(
     for bits in ((0, 0, 0, 0), (1, -1, 2, -2), (-3, 1, -1, 2)):
         theta = {name: value + 1e-15 * bit for (name, value), bit in zip(exact.items(), bits, strict=True)}
         found = known(response_times([session], theta))
-        assert found.trend is not None
-        trends.append((found.trend.spearman, found.trend.p))
+        trends.append((known(found.trend).spearman, known(found.trend).p))
     assert trends[0] == trends[1] == trends[2]
     gap = [abs(exact[a] - exact[b]) for a, b in PAIRS]
     assert trends[0][0] == pytest.approx(spearmanr(gap, seconds).statistic)

@@ -118,8 +118,7 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> No
     def kill_one(done: int, of: int) -> None:
         if done == 2:
             process = active_children()[0]
-            assert process.pid is not None
-            os.kill(process.pid, signal.SIGKILL)
+            os.kill(known(process.pid), signal.SIGKILL)
             killed.append(done)
 
     found = simulate_power(plan, [10], replicates=60, workers=2, done=kill_one)
@@ -242,8 +241,7 @@ def test_every_study_is_fitted_and_tested_as_the_report_does(
         for adjust in EXACT:
             report = report_on(studies, study, adjust)
             fit, classes = report.scores.fit, report.scores.classes
-            assert classes is not None
-            assert (found[adjust][study] == (classes.pair_p <= 0.1)).all()
+            assert (found[adjust][study] == (known(classes).pair_p <= 0.1)).all()
             assert report.covariance == plan.kind(observers, separated=bool(studies.separated[study]))
         np.testing.assert_allclose(studies.theta[study], fit.theta, atol=1e-8)
         np.testing.assert_allclose(studies.covariance[study], fit.covariance, atol=1e-7)
@@ -255,10 +253,8 @@ def test_every_study_is_fitted_and_tested_as_the_report_does(
 def test_freedom_of_a_study_in_which_all_answer_alike_is_the_reports(plan_of: MakePlan) -> None:
     plan = plan_of(*STUDIES_STRENGTHS, covariance="scaled", interval="wald")
     studies = analyse(plan, 13, np.ones((1, 13, len(plan.differs))))
-    freedom = report_on(studies, 0, "none").scores.fit.pair_freedom
-    assert freedom is not None
-    assert studies.freedom is not None
-    assert studies.freedom[0, :10] == pytest.approx(freedom)
+    freedom = known(report_on(studies, 0, "none").scores.fit.pair_freedom)
+    assert known(studies.freedom)[0, :10] == pytest.approx(freedom)
     assert freedom == pytest.approx(np.full(10, 48.0))
 
 

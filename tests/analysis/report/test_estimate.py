@@ -165,8 +165,7 @@ def test_stability_uses_the_same_standard_errors_as_the_classes(make_session: Ma
     wishes: tuple[CovarianceKind, ...] = ("scaled", "sandwich")
     for wish in wishes:
         found = summarise(many(make_session, 6), covariance=wish).estimate
-        assert found.stability is not None
-        assert found.stability.covariance == found.covariance == wish
+        assert known(found.stability).covariance == found.covariance == wish
 
 
 # The ranking: a triangle for each stimulus, a line for each class from its worst to its best, a dot a member.
@@ -254,15 +253,14 @@ def shown(coefficients: tuple[Coefficient, ...]) -> tuple[dict[str, tuple[str, s
 def test_an_intraclass_correlation_below_zero_is_explained_and_not_printed() -> None:
     found = intraclass(UNRELATED)
     worst = found[3]
-    assert worst.value is not None
-    assert worst.value < -5
+    assert known(worst.value) < -5
     cells, words, numbers = shown(found)
     assert all(value == "≤ 0" for value, _ in cells.values())
     assert all(interval.startswith("≤ 0 to 0.") for _, interval in cells.values())
     assert words[0].startswith("(1) No agreement: ")
     # The data file has the estimate in full, and the number of the sentence.
     rows = list(csv.DictReader(io.StringIO(numbers)))
-    assert float(rows[3]["value"]) == worst.value
+    assert float(rows[3]["value"]) == known(worst.value)
     assert float(rows[3]["value_low"]) == worst.low
     assert rows[3]["note"] == "(1)"
     assert "-" not in json.dumps(words)
@@ -351,9 +349,7 @@ def test_every_question_has_a_verdict_by_one_p_and_how_robust_it_is(report: Repo
     assert (first.question, first.unit) == (f"{best} over {second}", "JND")
     assert len([one for one in found.values() if one.unit == "JND"]) == len(VIEWS) - 1
     view = next(one for question, one in found.items() if "'view'" in question and one.unit == "nats")
-    assert view.low is not None
-    assert view.high is not None
-    assert view.low < (view.estimate or 0) < view.high
+    assert known(view.low) < (view.estimate or 0) < known(view.high)
     assert view.by_observers
 
 

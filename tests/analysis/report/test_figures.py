@@ -74,12 +74,11 @@ def test_rows_fall_into_stretches() -> None:
 
 def test_every_stimulus_and_class_is_named_and_every_membership_has_a_dot(described: Report) -> None:
     summary = known(described.pairs)
-    assert summary.scores.classes is not None
     svg = draw_classes(summary, 7.6).svg
     words = re.findall(r"<text[^>]*>([^<]*)</text>", svg)
     for item in summary.scores.items:
         assert item.name in words
-    members = summary.scores.classes.members
+    members = known(summary.scores.classes).members
     assert [str(number + 1) for number in range(len(members))] == [word for word in words if word.isdigit()]
     assert svg.count("fill: #ffffff; stroke: #23282d") == sum(len(group) for group in members)
     shares = [word for word in words if word.endswith("%")]
@@ -171,8 +170,7 @@ def test_text_on_the_page_has_enough_contrast() -> None:
 
     style = files("documents.pages").joinpath("templates/page.css").read_text(encoding="utf-8")
     named = dict(re.findall(r"--(\w+): (#[0-9a-f]{6})", style))
-    notes = re.search(r"\.notes \{[^}]*background: (#[0-9a-f]{6})", style)
-    assert notes is not None
+    notes = known(re.search(r"\.notes \{[^}]*background: (#[0-9a-f]{6})", style))
     for text in ("ink", "soft", "deep"):
         for ground in (named["paper"], named["wash"], notes.group(1)):
             assert contrast(named[text], ground) >= 4.5, (text, ground)
@@ -226,11 +224,10 @@ def test_every_table_is_a_file_and_nothing_is_left_half_written(sessions: list[S
     names = {file.name for file in (tmp_path / "tables").iterdir()}
     assert {"scores.csv", "comparisons.csv", "classes.csv", "observers.csv", "clipping.csv", "sessions.csv"} <= names
     assert all(name.endswith(".csv") for name in names)
-    assert report.pairs is not None
     with (tmp_path / "tables" / "scores.csv").open(encoding="utf-8", newline="") as file:
         scores = list(csv.DictReader(file))
     assert [(row["stimulus"], float(row["score"])) for row in scores] == [
-        (item.name, item.score) for item in report.pairs.scores.items
+        (item.name, item.score) for item in known(report.pairs).scores.items
     ]
 
 

@@ -26,6 +26,7 @@ from analysis.scaling import fit
 from documents.pages import write_csv_files
 from documents.pages.blocks import file_names
 from tests.answers import altered, new_answer
+from tests.kept import known
 
 CODECS = ("jpeg", "avif", "jxl")
 SCENES = ("beach", "church", "dune")
@@ -80,8 +81,7 @@ def grouped() -> GroupedSummary:
     """Return the groups of the report, which there must be."""
     report = report_of()
     assert report.pairs is None
-    assert report.groups is not None
-    return report.groups
+    return known(report.groups)
 
 
 def test_each_scene_has_the_scores_of_its_own_answers() -> None:
@@ -106,11 +106,9 @@ def test_the_pooled_scale_takes_the_codecs_of_all_scenes_as_one() -> None:
         for trial in session.trials:
             chosen, rejected = (CODECS.index(trial.details()[key].split()[1]) for key in ("chosen", "rejected"))
             wins[chosen, rejected] += 1
-    assert groups.pooled is not None
     expected = dict(zip(CODECS, fit(wins).score.tolist(), strict=True))
-    assert {item.name: item.score for item in groups.pooled.scores.items} == pytest.approx(expected, abs=1e-12)
-    assert groups.scored.agreement is not None
-    assert groups.scored.agreement.observers == 6
+    assert {item.name: item.score for item in known(groups.pooled).scores.items} == pytest.approx(expected, abs=1e-12)
+    assert known(groups.scored.agreement).observers == 6
 
 
 def test_json_has_the_groups_and_the_pooled_scale() -> None:
@@ -136,9 +134,8 @@ def test_every_table_is_there_by_group_and_for_all(tmp_path: Path) -> None:
     assert {"scores", "classes", "classes_by_group", "groups", "pooled_scores", "pooled_classes"} < files
     with (tmp_path / "csv" / "scores.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert report.groups is not None
     assert [(row["group"], row["stimulus"], row["class"]) for row in rows] == [
-        (name, item.name, item.label) for name, part in report.groups.groups for item in part.scores.items
+        (name, item.name, item.label) for name, part in known(report.groups).groups for item in part.scores.items
     ]
     with (tmp_path / "csv" / "classes_by_group.csv").open(newline="") as file:
         assert next(csv.reader(file)) == ["stimulus", "pooled_class", *(f"class in {name}" for name in SCENES)]
@@ -173,8 +170,7 @@ def test_the_figure_has_a_panel_for_each_group_on_the_same_rows() -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_one_scene_that_separates_is_named_and_the_others_stay() -> None:
     report = report_of(best="church jxl")
-    assert report.groups is not None
-    assert [part.estimate.method for _, part in report.groups.groups] == ["ml", "firth", "ml"]
+    assert [part.estimate.method for _, part in known(report.groups).groups] == ["ml", "firth", "ml"]
     (note,) = [note for note in report.notes if "complete separation" in note]
     assert note.endswith("in: church.")
     assert "In church, where" in page_of(best="church jxl")
@@ -183,9 +179,8 @@ def test_one_scene_that_separates_is_named_and_the_others_stay() -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_stimuli_with_nothing_in_common_have_no_pooled_scale() -> None:
     report = report_of(factor="image")
-    assert report.groups is not None
-    assert report.groups.pooled is None
-    assert report.groups.common == {}
+    assert known(report.groups).pooled is None
+    assert known(report.groups).common == {}
     assert report.to_json()["pooled"] is None
     assert "There is no pooled scale" in page_of(factor="image")
 

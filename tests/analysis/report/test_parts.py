@@ -25,6 +25,7 @@ from documents import InputError
 from documents.pages import write_figure_files
 from tests.answers import altered, changed, new_answer
 from tests.choice import nightly
+from tests.kept import known
 from tests.pages import Page
 
 pytestmark = pytest.mark.usefixtures("unreviewed")
@@ -120,8 +121,7 @@ def test_whoever_is_left_out_is_named_with_the_rule(
 ) -> None:
     report = write_report(sessions[:8], tmp_path / "report.html", rule=Filter(without=("07",)))
     text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
-    assert report.pairs is not None
-    assert "07" not in report.pairs.observers
+    assert "07" not in known(report.pairs).observers
     assert text.count("Left out: 07 (by hand).") == 3  # beside the table of observers, in Methods, and in their list
     assert "No observer was left out." in Page(render(described)).text
 
@@ -168,8 +168,7 @@ def png(colour: str) -> bytes:
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_picture_beside_a_score_is_that_of_its_stimulus(described: Report) -> None:
-    assert described.pairs is not None
-    names = [item.name for item in described.pairs.scores.items]
+    names = [item.name for item in known(described.pairs).scores.items]
     colours = [(40 + 20 * place, 10, 200 - 15 * place) for place in range(len(names))]
     small = {name: {"left": png(f"rgb{colour}")} for name, colour in zip(names, colours, strict=True)}
     table = next(one for one in sections_of(described, {}, small) if one.key == "scores").tables()[0]
@@ -184,8 +183,7 @@ def test_the_picture_beside_a_score_is_that_of_its_stimulus(described: Report) -
 @pytest.mark.usefixtures("undrawn")
 def test_a_picture_that_cannot_be_shown_is_left_out_and_named(described: Report) -> None:
     damaged = (b"", b"x", b"\x89PNG\r\n\x1a\n", png("red")[:-30], b"<svg onload='x()'/>")
-    assert described.pairs is not None
-    whole, *names = [item.name for item in described.pairs.scores.items]
+    whole, *names = [item.name for item in known(described.pairs).scores.items]
     one_eye = {name: {"left": png("red"), "right": right} for name, right in zip(names, damaged, strict=True)}
     page = Page(render(described, {}, {**one_eye, whole: {"both": png("blue")}}))
     assert [one["alt"] for tag, one in page.tags if tag == "img"] == ["", f"{whole}, both eyes"]

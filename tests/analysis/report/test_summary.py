@@ -127,8 +127,7 @@ def test_five_observers_are_warned_of_camps_and_six_are_not(make_session: Maker,
         for n in range(observers)
     ]
     summary = summarise(sessions)
-    assert summary.smallest is not None
-    assert [note for note in summary.notes if "camp" in note] == [summary.smallest.camps] * (observers == 5)
+    assert [note for note in summary.notes if "camp" in note] == [known(summary.smallest).camps] * (observers == 5)
 
 
 def test_a_design_that_finds_differences_says_which_and_has_no_note(make_session: Maker) -> None:
@@ -203,8 +202,7 @@ def test_the_interval_of_the_first_position_is_wide_where_observers_differ(make_
         always.append(replace(session, answers=tuple(trials)))
     summary = summarise(always)
     assert summary.first_share == pytest.approx(0.5)
-    assert summary.first_share_interval is not None
-    low, high = summary.first_share_interval
+    low, high = known(summary.first_share_interval)
     assert high - low > 0.5
     assert low < 0.25
     assert high > 0.75
@@ -572,8 +570,7 @@ def test_costs_that_one_session_did_not_come_to_are_taken_from_another(seen_make
     stopped = seen_make_session("02", stimuli=_stimuli(whole, clipping=None))
     (seen,) = what_eyes_saw([stopped, whole])
     assert seen == Seen.of(whole)
-    assert seen.clipping is not None
-    assert seen.clipping.largest == 25.0
+    assert known(seen.clipping).largest == 25.0
     assert Seen.of(stopped).clipping is None
 
 

@@ -23,6 +23,7 @@ from analysis.scaling.penalty import FIRTH
 from documents.arrays import Floats
 from runner.reports.demo import agreement, expected_classes
 from tests.choice import nightly
+from tests.kept import known
 
 # Fits against published tables, plain minimisers, and what must hold for any answers.
 
@@ -117,8 +118,7 @@ def test_pudding_has_the_worths_ties_and_deviance_of_davidson(pudding: Compariso
     assert nu.to_json()["factor"] == pytest.approx(np.exp(nu.estimate))
     assert replace(nu, se=1e4).to_json()["factor_high"] is None
     assert nu.name == "nu"
-    assert nu.factor is not None
-    assert nu.factor[0] == pytest.approx(0.746823, abs=5.01e-7)
+    assert known(nu.factor)[0] == pytest.approx(0.746823, abs=5.01e-7)
     assert fitted.goodness is not None
     assert fitted.goodness.deviance == pytest.approx(15.770406, abs=5.01e-7)
     assert fitted.goodness.df == 24
@@ -159,9 +159,8 @@ def test_without_ties_and_order_it_is_the_plain_fit(comparisons: Comparisons) ->
     assert general.theta == pytest.approx(plain.theta, abs=1e-11)
     assert general.covariance == pytest.approx(plain.covariance, abs=1e-11)
     assert general.log_likelihood == pytest.approx(plain.log_likelihood, rel=1e-12)
-    assert general.goodness is not None
-    assert general.goodness.deviance == pytest.approx(plain.deviance, abs=1e-9)
-    assert general.goodness.df == plain.df
+    assert known(general.goodness).deviance == pytest.approx(plain.deviance, abs=1e-9)
+    assert known(general.goodness).df == plain.df
     assert general.ties_left_out == comparisons.ties
     penalised = fit_model(comparisons, method="firth", covariance="model")
     plainly = fit(comparisons.wins, method="firth")
@@ -234,9 +233,8 @@ def test_an_order_effect_comes_back_and_its_test_tells_it_from_none(draw: Drawer
         assert order.name == "order"
         assert abs(order.estimate - 0.5) < 3.5 * order.se
         assert order.low > 0
-        assert fitted.order_test is not None
-        assert fitted.order_test.p < 1e-6
-        assert fitted.order_test.statistic == pytest.approx((order.estimate / order.se) ** 2, rel=0.1)
+        assert known(fitted.order_test).p < 1e-6
+        assert known(fitted.order_test).statistic == pytest.approx((order.estimate / order.se) ** 2, rel=0.1)
 
 
 @pytest.mark.stress
@@ -245,8 +243,7 @@ def test_the_order_test_is_uniform_where_there_is_no_order_effect(draw: Drawer) 
     p = []
     for seed in range(200):
         fitted = fit_model(draw(Logistic(), theta, observers=20, seed=seed), order_effect=True)
-        assert fitted.order_test is not None
-        p.append(fitted.order_test.p)
+        p.append(known(fitted.order_test).p)
     # Binomial with 200 draws: four standard deviations about 20 at 0.1, and about 100 at 0.5.
     assert 3 <= sum(value < 0.1 for value in p) <= 37
     assert 72 <= sum(value < 0.5 for value in p) <= 128
@@ -294,8 +291,7 @@ def test_groups_that_were_never_compared_differ_by_what_the_prior_says(model: Mo
     gap = np.array([1 / 2, 1 / 2, -1 / 3, -1 / 3, -1 / 3])
     assert gap @ fitted.theta == pytest.approx(0, abs=1e-10)
     assert np.sqrt(gap @ fitted.covariance @ gap) == pytest.approx(1.5 * np.sqrt(1 / 2 + 1 / 3), rel=1e-9)
-    assert fitted.held_by_prior is not None
-    assert "'a', 'b': never compared" in fitted.held_by_prior.sentences[0]
+    assert "'a', 'b': never compared" in known(fitted.held_by_prior).sentences[0]
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -323,8 +319,7 @@ def test_strengths_thirty_units_apart_come_back(model: Model) -> None:
     assert fitted.converged
     assert fitted.theta == pytest.approx(theta, abs=1e-8)
     assert np.isfinite(fitted.se).all()
-    assert fitted.goodness is not None
-    assert fitted.goodness.deviance == pytest.approx(0, abs=1e-8)
+    assert known(fitted.goodness).deviance == pytest.approx(0, abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -603,8 +598,7 @@ def _counts(table: Table) -> Comparisons:
 
 
 def test_expected_counts_agree_wholly(table_4_4: Table) -> None:
-    found = agreement(score(_counts(table_4_4), alpha=0.045, adjust="none"), table_4_4)
-    assert found is not None
+    found = known(agreement(score(_counts(table_4_4), alpha=0.045, adjust="none"), table_4_4))
     assert found.correlation == pytest.approx(1.0, abs=1e-9)
     assert (found.pairs_alike, found.pairs) == (45, 45)
 
@@ -612,8 +606,7 @@ def test_expected_counts_agree_wholly(table_4_4: Table) -> None:
 def test_swapped_publications_do_not_agree(table_4_4: Table) -> None:
     scores = score(_counts(table_4_4), alpha=0.045, adjust="none")
     swapped = dict(zip(table_4_4, reversed(list(table_4_4.values())), strict=True))
-    found = agreement(scores, swapped)
-    assert found is not None
+    found = known(agreement(scores, swapped))
     assert found.correlation < 0
     assert found.pairs_alike < 45
 

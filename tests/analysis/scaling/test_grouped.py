@@ -33,6 +33,7 @@ from analysis.scaling.learnt_prior import WIDTH_OF_SPREADS, posterior
 from documents.arrays import Floats
 from runner.blocks.pair_choice import PairChooser
 from tests.choice import nightly
+from tests.kept import known
 
 # Scores within groups, the pooled scale, and the test whether groups agree.
 
@@ -69,9 +70,8 @@ def test_each_group_is_scored_as_by_itself_and_the_pooled_scale_as_all_answers()
             from_answers([replace(a, group="") for a in answers if a.group == name], ITEMS), alpha=0.1, adjust="none"
         )
         assert scores.to_json() == alone.to_json()
-    assert grouped.pooled is not None
     whole = score(from_answers([replace(answer, group="") for answer in answers], ITEMS), alpha=0.1, adjust="none")
-    assert grouped.pooled.to_json() == whole.to_json()
+    assert known(grouped.pooled).to_json() == whole.to_json()
     assert grouped.notes == ()
 
 
@@ -80,12 +80,8 @@ def test_common_names_pool_as_names_that_recur() -> None:
     factors = {f"{group} {item}": {"scene": group, "codec": item} for group in GROUPS for item in ITEMS}
     common = score_groups(from_answers(drawn(2, own_names=True)), common=common_items(factors, "scene"))
     apart = score_groups(from_answers(drawn(2, own_names=True)))
-    assert common.pooled is not None
-    assert recurring.pooled is not None
-    assert common.pooled.to_json() == recurring.pooled.to_json()
-    assert common.agreement is not None
-    assert recurring.agreement is not None
-    one, other = asdict(common.agreement), asdict(recurring.agreement)
+    assert known(common.pooled).to_json() == known(recurring.pooled).to_json()
+    one, other = asdict(known(common.agreement)), asdict(known(recurring.agreement))
     assert one.pop("missing") is other.pop("missing") is None
     assert one == pytest.approx(other, rel=1e-12)
     assert apart.pooled is None
@@ -96,8 +92,7 @@ def test_common_names_pool_as_names_that_recur() -> None:
 
 def statistic_by_differences(answers: list[Answer], grouped: GroupedScores, model: Model, ordered: bool) -> float:
     """The score statistic from numerical derivatives of the log likelihood with strengths of every group."""
-    pooled = grouped.pooled
-    assert pooled is not None
+    pooled = known(grouped.pooled)
     values = {parameter.name: parameter.estimate for parameter in pooled.fit.parameters}
     strengths = dict(zip(pooled.comparisons.items, pooled.fit.theta.tolist(), strict=True))
     places = {(group, item): k for k, (group, item) in enumerate((g, i) for g in GROUPS for i in ITEMS)}
@@ -132,38 +127,29 @@ def statistic_by_differences(answers: list[Answer], grouped: GroupedScores, mode
 def test_the_statistic_is_that_of_a_direct_computation(model: Model, ordered: bool) -> None:
     answers = drawn(3, observers=4, ties=True, shift=1.0)
     grouped = score_groups(from_answers(answers), model, order_effect=ordered)
-    assert grouped.agreement is not None
-    assert grouped.agreement.df == 6
+    assert known(grouped.agreement).df == 6
     expected = statistic_by_differences(answers, grouped, model, ordered)
-    assert grouped.agreement.statistic == pytest.approx(expected, rel=2e-5)
+    assert known(grouped.agreement).statistic == pytest.approx(expected, rel=2e-5)
 
 
 def test_groups_that_differ_are_seen_and_the_same_ones_are_not() -> None:
-    same, other = (score_groups(from_answers(drawn(4, observers=20, shift=s))).agreement for s in (0.0, 3.0))
-    assert same is not None
-    assert other is not None
-    assert same.p is not None
-    assert other.p is not None
-    assert same.p > 0.2
-    assert other.p < 0.01
+    same, other = (known(score_groups(from_answers(drawn(4, observers=20, shift=s))).agreement) for s in (0.0, 3.0))
+    assert known(same.p) > 0.2
+    assert known(other.p) < 0.01
 
 
 def test_names_and_order_of_answers_change_nothing() -> None:
     answers = drawn(5, shift=1.0)
     forward, backward = (score_groups(from_answers(part)).agreement for part in (answers, answers[::-1]))
-    assert forward is not None
-    assert backward is not None
-    assert backward.p == pytest.approx(forward.p, rel=1e-9)
-    assert backward.statistic == pytest.approx(forward.statistic, rel=1e-9)
+    assert known(backward).p == pytest.approx(known(forward).p, rel=1e-9)
+    assert known(backward).statistic == pytest.approx(known(forward).statistic, rel=1e-9)
 
 
 def test_many_observers_are_taken_together_in_units(monkeypatch: pytest.MonkeyPatch) -> None:
     comparisons = from_answers(drawn(13, observers=40, shift=1.0))
-    each = score_groups(comparisons).agreement
+    each = known(score_groups(comparisons).agreement)
     monkeypatch.setattr(group_agreement, "MOST_UNITS", 20)
-    units = score_groups(comparisons).agreement
-    assert each is not None
-    assert units is not None
+    units = known(score_groups(comparisons).agreement)
     assert units.statistic == pytest.approx(each.statistic, rel=1e-9)
     assert (units.df, units.observers) == (each.df, 40)
     assert units.f == pytest.approx(each.f, rel=0.3)
@@ -178,14 +164,12 @@ def test_groups_that_nothing_links_have_no_test_whatever_the_prior() -> None:
         for pair in (pairs, pairs[::-1])
     ]
     grouped = score_groups(from_answers(answers), method="map", prior_sd=1.0)
-    assert grouped.pooled is not None
-    assert grouped.pooled.fit.held_by_prior is not None
+    assert known(grouped.pooled).fit.held_by_prior is not None
     assert grouped.agreement is None
 
 
 def test_without_observers_there_is_only_the_test_of_independent_answers() -> None:
-    agreement = score_groups(from_answers([replace(answer, observer="") for answer in drawn(6)])).agreement
-    assert agreement is not None
+    agreement = known(score_groups(from_answers([replace(answer, observer="") for answer in drawn(6)])).agreement)
     assert agreement.p is None
     assert 0 < agreement.p_model < 1
 
@@ -199,8 +183,7 @@ def test_groups_that_share_one_item_have_nothing_to_disagree_about() -> None:
     ]
     grouped = score_groups(from_answers(answers))
     assert grouped.agreement is None
-    assert grouped.pooled is not None
-    assert grouped.pooled.fit.separation is None
+    assert known(grouped.pooled).fit.separation is None
 
 
 def test_pairs_across_groups_count_on_the_pooled_scale_alone() -> None:
@@ -211,9 +194,8 @@ def test_pairs_across_groups_count_on_the_pooled_scale_alone() -> None:
         scores.to_json() for _, scores in score_groups(from_answers(inside)).groups
     ]
     assert grouped.agreement is None
-    assert grouped.pooled is not None
     whole = score(from_answers([replace(answer, group="") for answer in [*inside, *links]]))
-    assert grouped.pooled.to_json() == whole.to_json()
+    assert known(grouped.pooled).to_json() == whole.to_json()
     factors = {f"{group} {item}": {"scene": group, "codec": item} for group in GROUPS for item in ITEMS}
     common = score_groups(from_answers([*inside, *links]), common=common_items(factors, "scene"))
     assert common.agreement == score_groups(from_answers(inside), common=common_items(factors, "scene")).agreement
@@ -407,10 +389,9 @@ def test_a_posterior_that_follows_the_answers_is_near_that_of_all() -> None:
             wins[(i, j) if rng.random() < 1 / (1 + np.exp(theta[j] - theta[i])) else (j, i)] += 1
         after = updated_posterior(wins, after)
     fresh = updated_posterior(wins)
-    assert after is not None
     sd = np.sqrt(np.diag(fresh.covariance))
-    assert np.abs((after.theta - fresh.theta) / sd).max() < 0.15
-    assert np.sqrt(np.diag(after.covariance)) == pytest.approx(sd, rel=0.05)
+    assert np.abs((known(after).theta - fresh.theta) / sd).max() < 0.15
+    assert np.sqrt(np.diag(known(after).covariance)) == pytest.approx(sd, rel=0.05)
 
 
 @pytest.mark.parametrize("chosen", [pytest.param(False, marks=pytest.mark.stress), *nightly(True)])

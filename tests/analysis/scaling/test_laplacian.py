@@ -45,6 +45,7 @@ from analysis.scaling.result import goodness_of_fit
 from documents.arrays import Floats
 from documents.blas_threads import set_blas_threads
 from tests.choice import nightly
+from tests.kept import known
 
 
 # Elimination against LAPACK and against exact fractions.
@@ -362,8 +363,7 @@ def table(n: int, seed: int, spread: float = 0.7, share: float = 1.0, each: int 
 @pytest.mark.parametrize(("n", "share"), [(2, 1.0), (3, 1.0), (10, 1.0), (40, 0.2), (100, 1.0)])
 def test_it_ends_where_the_slow_way_ends(n: int, share: float) -> None:
     wins = table(n, n, share=share)
-    near = newton.plain_maximum(wins)
-    assert near is not None
+    near = known(newton.plain_maximum(wins))
     slow, fast = fit(wins, most_iterations=SLOW), fit(wins)
     assert np.abs(near[0] - slow.theta).max() < 1e-8
     assert np.abs(fast.theta - slow.theta).max() < 1e-12
@@ -463,8 +463,7 @@ def test_deviance_and_pearson_are_sums_over_the_answers_to_each_pair(pudding: Co
         expected = np.concatenate(chances) * sum(observed)
         deviance += 2 * float((observed * np.log(observed / expected)).sum())
         pearson += float(chisquare(observed, expected).statistic)
-    goodness = fitted.goodness
-    assert goodness is not None
+    goodness = known(fitted.goodness)
     assert goodness.deviance == pytest.approx(deviance, rel=1e-10)
     assert goodness.pearson == pytest.approx(pearson, rel=1e-10)
     assert goodness.p_pearson == pytest.approx(chi2.sf(pearson, 24), rel=1e-9)
@@ -477,8 +476,7 @@ def test_small_counts_are_told_and_no_freedom_has_no_p(pudding: Comparisons) -> 
     few = type(cells)(6, cells.first, cells.second, cells.won / 20, cells.lost / 20, cells.tied)
     goodness = goodness_of_fit(few, (half, half, 0 * half), 5, ties=False)
     assert goodness.share_small == 1
-    assert goodness.caveat is not None
-    assert "100%" in goodness.caveat
+    assert "100%" in known(goodness.caveat)
     assert goodness_of_fit(cells, (half, half, 0 * half), 15, ties=False).p_deviance is None
 
 

@@ -53,6 +53,7 @@ from documents.arrays import Floats
 from runner.cli.main import group as command
 from tests.analysis.slow_profiles import SlowProfile, of_law, of_pair
 from tests.choice import nightly
+from tests.kept import known
 
 # Tests with the observer as the unit: their definition, their level where observers differ, and their power.
 
@@ -94,8 +95,7 @@ def simulated(
 
 def test_p_is_the_share_of_weights_that_give_as_much() -> None:
     x = np.random.default_rng(3).standard_normal((5, 2)) + 1.6
-    tested = from_products(x @ x.T, 2)
-    assert tested is not None
+    tested = known(from_products(x @ x.T, 2))
     assert tested.statistic == pytest.approx((x.sum(axis=0) ** 2).sum())
     drawn = ((np.array(list(product(WEBB.ravel(), repeat=5))) @ x) ** 2).sum(axis=1)
     exact = (drawn >= tested.statistic).mean()
@@ -106,11 +106,8 @@ def test_p_is_the_share_of_weights_that_give_as_much() -> None:
 def test_p_does_not_depend_on_the_order_of_observers_nor_on_units() -> None:
     x = np.random.default_rng(4).standard_normal((8, 3)) + 0.4
     tested, turned = from_products(x @ x.T, 3), from_products(x[::-1] @ x[::-1].T, 3)
-    stretched = from_products(49 * (x @ x.T), 3)
-    assert tested is not None
-    assert turned is not None
-    assert stretched is not None
-    assert tested.p == turned.p == stretched.p
+    stretched = known(from_products(49 * (x @ x.T), 3))
+    assert known(tested).p == known(turned).p == stretched.p
 
 
 def test_fewer_than_five_observers_have_no_test() -> None:
@@ -127,13 +124,11 @@ def test_the_score_statistic_is_that_of_the_restrictions_alone() -> None:
     # As at a restricted maximum: the slopes' sum is zero where no restriction keeps the parameters.
     free = np.linalg.svd(restrictions)[2][2:]
     slopes -= (slopes.sum(axis=0) @ free.T @ free) / 9
-    tested = score_test(slopes, inverse, restrictions)
-    assert tested is not None
+    tested = known(score_test(slopes, inverse, restrictions))
     total = slopes.sum(axis=0)
     assert tested.df == 2
     assert tested.statistic == pytest.approx(total @ inverse @ total)
-    twice = score_test(slopes, inverse, np.vstack([restrictions, restrictions.sum(axis=0)]))
-    assert twice is not None
+    twice = known(score_test(slopes, inverse, np.vstack([restrictions, restrictions.sum(axis=0)])))
     assert (twice.df, twice.p) == (2, tested.p)
 
 
@@ -144,8 +139,7 @@ def test_the_level_is_kept_where_observers_differ_along_few_directions(observers
     for _ in range(STUDIES):
         x = random.standard_normal((observers, restrictions)) / np.sqrt(observers)
         x[:, 0] += 3 * random.standard_normal(observers) / np.sqrt(observers)
-        tested = from_products(x @ x.T, restrictions)
-        assert tested is not None
+        tested = known(from_products(x @ x.T, restrictions))
         false += tested.p <= 0.05
         plain += tested.statistic > {1: 3.841, 20: 31.41}[restrictions]
     assert plain >= 12
@@ -160,9 +154,8 @@ def test_the_statistic_of_departure_is_pearsons(model: Model, order_effect: bool
     fitted = fit_model(comparisons, model, order_effect=order_effect)
     tested, goodness = lack_of_fit(comparisons, fitted), fitted.goodness
     assert tested is not None
-    assert goodness is not None
-    assert tested.statistic == pytest.approx(goodness.pearson, rel=1e-8)
-    assert (tested.df, tested.observers) == (goodness.df, 7)
+    assert tested.statistic == pytest.approx(known(goodness).pearson, rel=1e-8)
+    assert (tested.df, tested.observers) == (known(goodness).df, 7)
 
 
 @pytest.mark.nightly
@@ -170,17 +163,14 @@ def test_observers_who_differ_show_no_order_effect_and_one_of_all_is_found() -> 
     random = np.random.default_rng(7)
     false = plain = found = 0
     for _ in range(STUDIES):
-        test = fit_model(
-            simulated(random, 10, 4, side=0.7, repeats=2), order_effect=True, covariance="model"
-        ).order_test
-        assert test is not None
-        assert test.by_observers is not None
-        assert test.conclusion.p == test.by_observers.p
+        test = known(
+            fit_model(simulated(random, 10, 4, side=0.7, repeats=2), order_effect=True, covariance="model").order_test
+        )
+        assert test.conclusion.p == known(test.by_observers).p
         false, plain = false + (test.conclusion.verdict == "distinguished"), plain + (test.p <= 0.05)
-        planted = fit_model(
-            simulated(random, 10, 4, side=0.7, order=0.8), order_effect=True, covariance="model"
-        ).order_test
-        assert planted is not None
+        planted = known(
+            fit_model(simulated(random, 10, 4, side=0.7, order=0.8), order_effect=True, covariance="model").order_test
+        )
         found += planted.conclusion.verdict == "distinguished"
     assert plain >= 16
     assert false <= MOST_FALSE
@@ -194,11 +184,9 @@ def test_few_answers_to_each_pair_are_no_departure_from_a_scale_and_circles_are(
     false = found = 0
     for _ in range(STUDIES):
         even = simulated(random, 6, 6, taste=0.7)
-        test = lack_of_fit(even, fit_model(even, covariance="model"))
+        test = known(lack_of_fit(even, fit_model(even, covariance="model")))
         round_ = simulated(random, 6, 6, intransitive=circle)
-        planted = lack_of_fit(round_, fit_model(round_, covariance="model"))
-        assert test is not None
-        assert planted is not None
+        planted = known(lack_of_fit(round_, fit_model(round_, covariance="model")))
         false, found = false + (test.p <= 0.05), found + (planted.p <= 0.05)
     assert false <= MOST_FALSE
     assert found >= 64
@@ -230,13 +218,11 @@ def test_an_order_effect_is_tested_by_its_own_slopes_alone(draw: Drawer) -> None
     """Of four items, each stronger than the next: their strengths are no part of it."""
     none = fit_model(draw(LAWS["bradley-terry"], np.array([1.5, 0.5, -0.5, -1.5]), observers=30), order_effect=True)
     assert none.order_test is not None
-    assert none.order_test.by_observers is not None
-    assert (none.order_test.by_observers.df, none.order_test.by_observers.p > 0.01) == (1, True)
+    assert (known(none.order_test.by_observers).df, known(none.order_test.by_observers).p > 0.01) == (1, True)
 
 
 def test_without_observers_answers_are_the_unit_and_a_prior_has_no_test(pudding: Comparisons) -> None:
-    told = one_scale(pudding, fit_model(pudding))
-    assert told is not None
+    told = known(one_scale(pudding, fit_model(pudding)))
     assert (told.by_observers, told.df) == (False, fit_model(pudding).df)
     assert one_scale(pudding, fit_model(pudding, method="map")) is None
 
@@ -267,8 +253,7 @@ def test_groups_whose_observers_agree_are_not_apart(sets: tuple[str, ...], peopl
     for place, items in enumerate(sets):
         last = items[:-2] + items[:-3:-1] if swapped else items
         answers += ranked([items] * (people - 1) + [last], f"g{place}")
-    agreement = score_groups(from_answers(answers), method="firth").agreement
-    assert agreement is not None
+    agreement = known(score_groups(from_answers(answers), method="firth").agreement)
     assert (agreement.conclusion().p or 0) > 0.2
     assert (agreement.p is None) == (agreement.missing is not None)
 
@@ -319,12 +304,10 @@ def test_the_memory_of_a_test_of_one_scale_grows_with_the_observers_alone(observ
     comparisons = from_answers(answers)
     fitted = fit_model(comparisons)
     tracemalloc.start()
-    tested = lack_of_fit(comparisons, fitted)
+    tested = known(lack_of_fit(comparisons, fitted))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert tested is not None
-    assert fitted.goodness is not None
-    assert tested.statistic == pytest.approx(fitted.goodness.pearson, rel=1e-8)
+    assert tested.statistic == pytest.approx(known(fitted.goodness).pearson, rel=1e-8)
     assert peak < 40e6 + 2000 * observers
 
 
@@ -378,8 +361,7 @@ def linked(wins: Floats, better: int, worse: int) -> bool:
 
 
 def p_of(k: int, observers: int) -> float:
-    classes = as_reported(preferred_by(k, observers)).classes
-    assert classes is not None
+    classes = known(as_reported(preferred_by(k, observers)).classes)
     return float(classes.p[0, 1])
 
 
@@ -413,7 +395,6 @@ def test_tests_and_intervals_equal_the_twin(seed: int) -> None:
         answers.append(Answer("abcde"[better], "abcde"[worse], observer=f"{observer}"))
     comparisons = from_answers(answers, "abcde"[:n])
     scores = score(comparisons, method="firth", covariance="scaled", adjust="none")
-    assert scores.classes is not None
     model = fit_model(comparisons, method="firth", covariance="model").covariance
     for pair in pair_probabilities(scores).pairs:
         i, j = (scores.comparisons.items.index(name) for name in (pair.first, pair.second))
@@ -421,9 +402,8 @@ def test_tests_and_intervals_equal_the_twin(seed: int) -> None:
         one[i], one[j] = 1, -1
         spread = (one @ scores.fit.covariance @ one) / (one @ model @ one)
         twin = of_pair(comparisons.wins, i, j)
-        assert scores.classes.z[i, j] == pytest.approx(twin.root() / np.sqrt(spread), abs=1e-6)
-        assert pair.df is not None
-        ends = twin.interval(float(student.ppf(0.975, pair.df) * np.sqrt(spread)))
+        assert known(scores.classes).z[i, j] == pytest.approx(twin.root() / np.sqrt(spread), abs=1e-6)
+        ends = twin.interval(float(student.ppf(0.975, known(pair.df)) * np.sqrt(spread)))
         if not linked(comparisons.wins, j, i):  # no answers say how far the better one is ahead
             ends = ends[0], np.inf
         if seed % 2:  # where all observers answered all pairs, the exact test can end the interval at 0
@@ -431,10 +411,9 @@ def test_tests_and_intervals_equal_the_twin(seed: int) -> None:
         else:
             assert (max(pair.low, 0), pair.high) == pytest.approx((max(ends[0], 0), ends[1]), abs=1e-6)
     margin = 0.7
-    assert pair.df is not None
     first, second = (scores.comparisons.items.index(n) for n in (pair.first, pair.second))
     twin = of_pair(comparisons.wins, first, second)
-    tails = [student.sf(side * twin.root(-side * margin) / np.sqrt(spread), pair.df) for side in (1, -1)]
+    tails = [student.sf(side * twin.root(-side * margin) / np.sqrt(spread), known(pair.df)) for side in (1, -1)]
     assert equivalence(scores, margin, adjust="none").pairs[-1].p_equivalent == pytest.approx(max(tails), abs=1e-6)
 
 
@@ -461,10 +440,9 @@ def edge_of(model: Model, *, separated: bool = False) -> tuple[Comparisons, Floa
 def test_tests_by_any_law_equal_the_twin(model: Model, ordered: bool) -> None:
     answers, table = edge_of(model)
     scores = score(answers, model, order_effect=ordered, covariance="model", adjust="none")
-    assert scores.classes is not None
     for i, j in combinations(range(3), 2):
         twin = of_law(model, table, i, j, ordered=ordered)
-        assert scores.classes.z[i, j] == pytest.approx(twin.root(), abs=1e-5)
+        assert known(scores.classes).z[i, j] == pytest.approx(twin.root(), abs=1e-5)
 
 
 @pytest.mark.parametrize(("model", "ordered"), PROFILE_LAWS)
@@ -540,8 +518,7 @@ def test_ten_identical_rankings_are_five_classes() -> None:
     pairs = list(combinations("ABCDE", 2))
     answers = [Answer(better, worse, observer=f"{o}") for o in range(10) for better, worse in pairs]
     for adjust in ADJUSTMENTS:
-        classes = score(from_answers(answers), method="firth", adjust=adjust).classes
-        assert classes is not None
+        classes = known(score(from_answers(answers), method="firth", adjust=adjust).classes)
         assert classes.labels == ("1", "2", "3", "4", "5"), adjust
 
 
@@ -563,8 +540,7 @@ def test_interval_and_test_say_the_same() -> None:
         for k in range((observers + 1) // 2, observers + 1):
             scores = as_reported(preferred_by(k, observers))
             pair, classes = only_pair(scores), scores.classes
-            assert classes is not None
-            assert (classes.p[0, 1] <= 0.05) == (pair.low >= 0), (k, observers)
+            assert (known(classes).p[0, 1] <= 0.05) == (pair.low >= 0), (k, observers)
             assert pair.low <= pair.difference <= pair.high
             assert np.isinf(pair.high) == (k == observers)
 
@@ -572,13 +548,12 @@ def test_interval_and_test_say_the_same() -> None:
 def test_equivalence_reads_the_classes_tests() -> None:
     scores = score(preferred_by(9, 10))
     (pair,) = equivalence(scores, "1jnd").pairs
-    assert scores.classes is not None
-    assert pair.p_different == pytest.approx(scores.classes.p[0, 1], rel=1e-12)
+    assert pair.p_different == pytest.approx(known(scores.classes).p[0, 1], rel=1e-12)
 
 
 def test_the_names_and_the_order_of_answers_do_not_matter() -> None:
     answers = [*votes("ab", 7, 9), *votes("bc", 6, 9), *votes("ac", 8, 9)]
-    one = score(from_answers(answers)).classes
+    one = known(score(from_answers(answers)).classes)
     swapped = str.maketrans("abc", "cab")
     other = score(
         from_answers(
@@ -588,7 +563,6 @@ def test_the_names_and_the_order_of_answers_do_not_matter() -> None:
             ]
         )
     ).classes
-    assert one is not None
     assert other is not None
     assert np.sort(one.pair_p) == pytest.approx(np.sort(other.pair_p), rel=1e-9)
 

@@ -29,6 +29,7 @@ from analysis.scaling.sandwich import FEWEST_FREE, MOST_LEVERAGE, Contributions
 from analysis.scaling.separation import items_are_linked
 from benchmarks.simulated_studies import Design, decisions
 from documents.arrays import Floats
+from tests.kept import known
 
 # The sandwich covariance against its definition, and where it must agree with the model's.
 
@@ -130,14 +131,12 @@ def test_what_is_kept_of_the_observers_products_gives_the_spread_that_all_of_the
     """The slow, obvious twin has every two observers' d_s H d_t; of many observers none of that size is made."""
     whole = draw(Logistic(), THETA, observers=observers, seed=4)
     count = whole.count if alike else whole.count * np.random.default_rng(4).integers(1, 3, len(whole.count))
-    clustered = fit_model(replace(whole, count=count)).clustered
-    assert clustered is not None
+    clustered = known(fit_model(replace(whole, count=count)).clustered)
     each, spread = clustered.contributions, clustered.spread
     pulled = each.pulled[None]
     every_two = pulled @ pseudo_inverses(spread.model) @ pulled.transpose(0, 2, 1)
     twin = shrink(spread.model, pulled, "shrinkage", freedom=each.freedom, products=every_two)
-    assert each.products is not None
-    assert len(each.products) <= len(THETA)
+    assert len(known(each.products)) <= len(THETA)
     assert (each.leverages is None) == alike
     assert spread.covariance == pytest.approx(twin.covariance, rel=1e-9, abs=1e-12)
     assert spread.dimensions == pytest.approx(twin.dimensions, rel=1e-9)
@@ -233,10 +232,8 @@ def unbalanced(draw: Drawer, observers: int = 9) -> Comparisons:
 def test_freedom_of_an_unbalanced_design_is_satterthwaites_by_simulation(draw: Drawer) -> None:
     """Observers' gradients are drawn from their own information, and the fit follows them as it does in truth."""
     fitted = fit_model(unbalanced(draw), covariance="sandwich")
-    assert fitted.clustered is not None
-    each = fitted.clustered.contributions
+    each = known(fitted.clustered).contributions
     assert each.leverages is not None
-    assert each.root is not None
     people, rank, _ = each.leverages.shape
     random, studies = np.random.default_rng(4), 20_000
     values, axes = np.linalg.eigh(each.leverages)
@@ -245,20 +242,18 @@ def test_freedom_of_an_unbalanced_design_is_satterthwaites_by_simulation(draw: D
     follows = drawn - np.einsum("srt,bt->bsr", each.leverages, drawn.sum(axis=1))
     stretch = (axes / np.sqrt(1 - np.clip(values, 0, 0.99))[:, None, :]) @ axes.transpose(0, 2, 1)
     first, second = np.triu_indices(len(SHRINKAGE_THETA), 1)
-    along = each.root[first] - each.root[second]
+    along = known(each.root)[first] - known(each.root)[second]
     moved = np.einsum("srt,bst->bsr", stretch, follows) @ along.T
     variance = (moved**2).sum(axis=1)
     np.testing.assert_allclose(variance.mean(axis=0), (along**2).sum(axis=1), rtol=0.03)  # CR2 is right on average
     expected = 2 * variance.mean(axis=0) ** 2 / variance.var(axis=0)
-    assert fitted.pair_freedom is not None
-    np.testing.assert_allclose(fitted.pair_freedom, expected, rtol=0.05)
-    assert fitted.pair_freedom.max() < people - 1
+    np.testing.assert_allclose(known(fitted.pair_freedom), expected, rtol=0.05)
+    assert known(fitted.pair_freedom).max() < people - 1
 
 
 def test_where_all_answered_the_same_freedom_is_one_less_than_the_observers(draw: Drawer) -> None:
     fitted = fit_model(draw(Logistic(), SHRINKAGE_THETA, observers=7), covariance="sandwich")
-    assert fitted.pair_freedom is not None
-    np.testing.assert_allclose(fitted.pair_freedom, 6, rtol=1e-12)
+    np.testing.assert_allclose(known(fitted.pair_freedom), 6, rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", CLUSTERED)
@@ -269,20 +264,16 @@ def test_one_factor_for_each_observer_is_close_to_cr2(
     slow = fit_model(comparisons, covariance=kind)
     monkeypatch.setattr(sandwich_module, "MOST_WORK", 0.0)
     quick = fit_model(comparisons, covariance=kind)
-    assert quick.clustered is not None
-    assert quick.clustered.contributions.leverages is None
+    assert known(quick.clustered).contributions.leverages is None
     np.testing.assert_allclose(quick.se, slow.se, rtol=5e-3)
-    assert quick.pair_freedom is not None
-    assert slow.pair_freedom is not None
-    np.testing.assert_allclose(quick.pair_freedom, slow.pair_freedom, rtol=0.1)
+    np.testing.assert_allclose(known(quick.pair_freedom), known(slow.pair_freedom), rtol=0.1)
 
 
 def test_observers_who_all_answer_alike_leave_a_finite_covariance() -> None:
     answers = [Answer(w, x, 1, o) for o in "1234" for w, x in ("ab", "ba", "bc", "cb", "ac", "ca")]
     fitted = fit_model(from_answers(answers))
     assert np.isfinite(fitted.covariance).all()
-    assert fitted.clustered is not None
-    assert fitted.clustered.to_json()["overdispersion"] == 0
+    assert known(fitted.clustered).to_json()["overdispersion"] == 0
 
 
 @pytest.mark.parametrize("observers", [3, 5, 13, 30])
@@ -290,8 +281,7 @@ def test_freedom_of_observers_who_all_answer_alike_is_no_rounding(observers: int
     """Nothing varies, so all contrasts alike. After Firth's fit rounding was left, and 14 degrees of freedom of 48."""
     ranking = [Answer(a, b, 1, str(who)) for a, b in combinations("ABCDE", 2) for who in range(observers)]
     for kind in CLUSTERED:
-        clustered = score(from_answers(ranking), method="firth", covariance=kind).fit.clustered
-        assert clustered is not None
+        clustered = known(score(from_answers(ranking), method="firth", covariance=kind).fit.clustered)
         assert (clustered.contributions.pulled == 0).all()
         assert clustered.pair_freedom == pytest.approx(np.full(10, (4 if kind == "scaled" else 1) * (observers - 1.0)))
 

@@ -51,16 +51,14 @@ def test_scores_are_choices_weighted_by_similarity(fifteen: list[SessionLog]) ->
         mine = [record for record in records if record["series"] == one.series]
         won = [record["ratings"]["similarity"] for record in mine if record["chosen"] == one.stimulus]
         assert (one.chosen, one.of) == (len(won), 15)
-        assert one.score is not None
-        assert one.score.value == pytest.approx(sum(won) / 15)
+        assert known(one.score).value == pytest.approx(sum(won) / 15)
         assert one.weighted_share == pytest.approx(sum(won) / sum(r["ratings"]["similarity"] for r in mine))
         assert one.share.value == len(won) / 15
-        assert (one.score.low is None) == (not won)
+        assert (known(one.score).low is None) == (not won)
     for one in picture_scores(choices, pooled=True, weight=weight_of(choices)):
         mine = [record for record in records if f"-{one.kind}" in record["series"]]
         won = [r["ratings"]["similarity"] for r in mine if r["chosen"].endswith(f"-{one.level:g}")]
-        assert one.score is not None
-        assert one.score.value == pytest.approx(sum(won) / 75)
+        assert known(one.score).value == pytest.approx(sum(won) / 75)
 
 
 def test_shares_sum_to_one(summary: SeriesSummary) -> None:
@@ -219,20 +217,15 @@ def test_the_scatter_of_many_choices_comes_back(make_choices: Maker) -> None:
     assert found.match == pytest.approx(2.2, rel=0.06)  # three standard errors: the observers' spread over root 120
     assert found.within == pytest.approx(0.25, abs=0.035)
     assert found.between == pytest.approx(0.15, abs=0.06)
-    assert found.within_interval is not None
-    low, high = found.within_interval
+    low, high = known(found.within_interval)
     assert low < 0.25 < (high or 0)
     assert found.step == PROBABLE_ERROR * (found.within or 0)
     assert found.ratio == pytest.approx(np.exp(found.step or 0))
-    assert found.step_at is not None
-    assert found.step_at[2] == pytest.approx(2.0 * (found.ratio or 0) - 2.0)
-    assert found.expected is not None
-    assert sum(found.expected) == pytest.approx(600)
-    assert found.fit_p is not None
-    assert found.fit_p > 0.01
-    assert found.fit_by_observers is not None
-    assert found.fit_by_observers.p > 0.01
-    assert found.fit_by_observers.df == 3
+    assert known(found.step_at)[2] == pytest.approx(2.0 * (found.ratio or 0) - 2.0)
+    assert sum(known(found.expected)) == pytest.approx(600)
+    assert known(found.fit_p) > 0.01
+    assert known(found.fit_by_observers).p > 0.01
+    assert known(found.fit_by_observers).df == 3
 
 
 @pytest.mark.nightly
@@ -453,8 +446,7 @@ def test_things_that_do_not_differ_have_no_reliability() -> None:
     # Observers differ by a constant: consistent, but not alike.
     agreement, consistency, *_ = intraclass(np.arange(5.0) + np.array([[0.0], [4.0], [8.0]]))
     assert consistency.value == 1.0
-    assert agreement.value is not None
-    assert agreement.value < 0.2
+    assert known(agreement.value) < 0.2
 
 
 def _kappa(places: NDArray[np.float64]) -> float | None:
@@ -475,10 +467,7 @@ def test_observers_who_differ_over_several_series_still_have_an_interval() -> No
     rows = np.random.default_rng(3).integers(0, 3, (8, 6)).astype(np.float64)
     rows[:5] = rows[0]
     found = with_jackknife("Fleiss' κ", _kappa, rows)
-    assert found.value is not None
-    assert found.low is not None
-    assert found.high is not None
-    assert found.low < found.value < found.high
+    assert known(found.low) < known(found.value) < known(found.high)
     assert "No interval" not in found.reason
 
 

@@ -21,6 +21,7 @@ from devices.camera.solve import design, find_outliers, left_out_xyz, solve, why
 from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
 from devices.errors import DeviceError
 from devices.readings import colorchecker_xyY
+from tests.kept import known
 
 # Fits to a chart of a known camera: the matrix back, errors honest, what does not belong left out by name.
 
@@ -41,8 +42,7 @@ def test_a_known_camera_comes_back_without_noise(seen: See, matrix: np.ndarray, 
     # float64 through a condition number near 10: 1e-9 of the largest number is what was promised.
     assert np.abs(found.model.matrix - matrix).max() < 1e-9 * matrix.max()
     assert np.abs(found.model.offset_XYZ - offset).max() < 1e-9 * matrix.max()
-    assert found.held_out is not None
-    assert found.held_out.max < 1e-9
+    assert known(found.held_out).max < 1e-9
     assert found.left_out == ()
     assert found.standard_errors.max() < 1e-9 * matrix.max()
     assert found.standard_errors.shape == ((3, 4) if form == "affine" else (3, 3))
@@ -87,8 +87,7 @@ def test_leaving_one_out_is_fitting_to_the_others(seen: See, form: Form, loss: L
         slow = C[i] @ solve(C[others], colours.XYZ[others], loss, white).M.T
         assert quick[i] == pytest.approx(slow, rel=1e-9 if loss == "xyz" else 1e-4)
     found = fit_camera(colours, form, loss)
-    assert found.held_out is not None
-    assert found.held_out.mean > found.fitted.mean
+    assert known(found.held_out).mean > found.fitted.mean
 
 
 @pytest.mark.nightly
@@ -190,8 +189,7 @@ def test_saturated_and_specular_patches_are_left_out_and_named(seen: See, matrix
     colours = seen(noise=0.005, times={"foliage": 1.6, "orange": 0.6})
     bent = solve(design(colours.rgb, form), colours.XYZ, "xyz", colours.XYZ[18]).M[:, :3]
     assert np.abs(bent - matrix).max() > 12
-    zone = found.model.safe_luminance_cd_m2
-    assert zone is not None
+    zone = known(found.model.safe_luminance_cd_m2)
     assert zone[1] < 90 * 0.7  # white is no longer within
 
 
@@ -212,15 +210,13 @@ def test_a_real_sensor_s_errors_are_no_outliers() -> None:
     for loss in LOSSES:
         found = fit_camera(Correspondences(rgb, XYZ, tuple(chart), rgb > 1), "linear", loss)
         assert found.left_out == ()
-        assert found.held_out is not None
-        assert 0.3 < found.fitted.mean < found.held_out.mean < 3
+        assert 0.3 < found.fitted.mean < known(found.held_out).mean < 3
 
 
 def test_repeated_rows_leave_more_colours_than_needed(seen: See) -> None:
     colours = seen(rows=[0, 1, 2, 3, 14, 18, 18])
     found = fit_camera(colours)
-    assert found.held_out is not None
-    assert found.held_out.patches == 7
+    assert known(found.held_out).patches == 7
 
 
 def test_json_is_plain(seen: See) -> None:
@@ -436,8 +432,7 @@ def test_sixteen_exposures_are_one_camera(seen: See, matrix: np.ndarray) -> None
 
 def test_the_zone_is_of_signals_at_the_model_s_exposure(seen: See, matrix: np.ndarray) -> None:
     found = fit_camera(_table(seen(), matrix))
-    zone = found.model.safe_luminance_cd_m2
-    assert zone is not None
+    zone = known(found.model.safe_luminance_cd_m2)
     used = [patch.tested_luminance_cd_m2 for patch in found.patches if not patch.left_out_reason]
     assert zone == (min(used), max(used))
     # Of all sets, white × time is least in set 2 at 1/8 s.
@@ -482,10 +477,7 @@ def test_a_patch_is_left_out_at_all_its_exposures(seen: See) -> None:
     exposures = (AT,) * 24 + (Exposure(2 / 15, 8.0, 800),) * 24 + (Exposure(3 / 15, 8.0, 800),) * 24
     alike = Correspondences(rgb, light, chart.names * 3, rgb > 1, None, exposures)
     apart = Correspondences(rgb, light, tuple(str(i) for i in range(72)), rgb > 1, None, exposures)
-    once = fit_camera(chart).held_out
+    once = known(fit_camera(chart).held_out)
     together, alone = fit_camera(alike).held_out, fit_camera(apart).held_out
-    assert once is not None
-    assert together is not None
-    assert alone is not None
-    assert together.mean == pytest.approx(once.mean, rel=1e-6)
-    assert alone.mean < 0.97 * once.mean
+    assert known(together).mean == pytest.approx(once.mean, rel=1e-6)
+    assert known(alone).mean < 0.97 * once.mean

@@ -26,6 +26,7 @@ from devices.readings import Measurements
 from documents.arrays import Floats
 from tests.devices.display.test_model import smooth
 from tests.example_displays import liquid_crystal_XYZ, noisy
+from tests.kept import known
 
 # Curves of one channel: recovered exactly, from poor starts, in any unit; refused where they cannot be found.
 #
@@ -229,8 +230,7 @@ def test_it_is_chosen_where_it_helps_and_keeps_what_it_promises() -> None:
     fresh = patches(FRESH, model.xyz(FRESH), white=found.patches.white)
     assert differences(found.chosen.model, fresh).mean() <= 1.2 * held["residual"]
     assert found.chosen.table_error_codes is not None
-    assert found.chosen.inversion_error_codes is not None
-    assert found.chosen.inversion_error_codes < 1e-6
+    assert known(found.chosen.inversion_error_codes) < 1e-6
 
 
 @pytest.mark.nightly
@@ -293,13 +293,11 @@ def test_plvc_is_found_again_where_its_curves_are_fitted_along() -> None:
     data = patches(RESIDUAL_CODES, noisy(model.xyz(RESIDUAL_CODES), 0.001, 1))
     fresh = patches(FRESH, model.xyz(FRESH), white=data.white)
     fit = fit_all(data, {}, residual=False)["plvc"]
-    assert fit.before is not None
-    assert differences(fit.model, fresh).mean() < 0.6 * differences(fit.before, fresh).mean()
+    assert differences(fit.model, fresh).mean() < 0.6 * differences(known(fit.before), fresh).mean()
 
 
 def test_curves_are_not_fitted_along_where_that_could_not_be_undone(monkeypatch: pytest.MonkeyPatch) -> None:
     data = patches(RESIDUAL_CODES, noisy(smooth(2).xyz(RESIDUAL_CODES), 0.001, 1))
-    before = fit_all(data, {}, residual=False)["plvc"].before
-    assert before is not None
+    before = known(fit_all(data, {}, residual=False)["plvc"].before)
     monkeypatch.setattr(Plvc, "clashes", lambda model: 1)
     assert fit_curves_too(data, before) is before

@@ -23,6 +23,7 @@ from documents.arrays import Floats
 from runner.cli.main import group
 from runner.presenter import ModeOptions, find_mode
 from stimuli.pictures import StereoImage, read_exr
+from tests.kept import known
 
 # What the gamut clip costs, against colour-science and by counting.
 #
@@ -247,8 +248,7 @@ def _picture(model: DisplayModel, seed: int = 0) -> StereoImage:
 
 
 def _costs(models: EyeModels, image: StereoImage, **options: Any) -> Mapping[Any, dict[str, float]]:
-    mixture = find_mode("anaglyph-red-cyan", ModeOptions.parse(options)).mixture(models)
-    assert mixture is not None
+    mixture = known(find_mode("anaglyph-red-cyan", ModeOptions.parse(options)).mixture(models))
     return mixed_costs(mixture, models, image.left, image.right, half=image.half)
 
 
@@ -395,8 +395,7 @@ def test_the_unit_of_a_curve_changes_no_count() -> None:
         model = DisplayModel(BLACK, PRIMARIES / gain**2, (curve, curve, curve))
         white = model.shown_white_XYZ_cd_m2 - BLACK
         asked = BLACK + np.linspace(1.0, 1.0 + 1e-5, 101)[:, np.newaxis] * white
-        mixture = find_mode("anaglyph-red-cyan", ModeOptions.parse({})).mixture(EyeModels(model, model))
-        assert mixture is not None
+        mixture = known(find_mode("anaglyph-red-cyan", ModeOptions.parse({})).mixture(EyeModels(model, model)))
         costs = mixed_costs(mixture, EyeModels(model, model), asked[np.newaxis], asked[np.newaxis])
         counts.append({key: costs["left"][key] for key in ("percent_any", "percent_red", "percent_blue")})
     assert 20 < counts[0]["percent_any"] < 95

@@ -20,6 +20,7 @@ from devices.diagnostics.warm_up import warm_up
 from devices.readings import Measurements
 from documents.arrays import Floats
 from tests.devices.diagnostics.simulated import MODEL, characterisation
+from tests.kept import known
 
 # Drift during a run: found and taken off where it is planted, and nothing corrected where there is only noise.
 
@@ -33,8 +34,7 @@ NONE: Course = np.zeros_like
 def run(seed: int, light: Course = ONE, added: Course = NONE, noise: float = NOISE) -> tuple[Measurements, Floats]:
     """Return Table C.1 read while light is multiplied and added to over time 0..1, and XYZ as at the end."""
     exact = characterisation(seed, 0.0)
-    assert exact.time_s is not None
-    time = exact.time_s / exact.time_s.max()
+    time = known(exact.time_s) / known(exact.time_s).max()
     read = exact.XYZ * light(time)[:, None] + added(time)[:, None] * DAYLIGHT
     end = exact.XYZ * light(np.ones(1)) + added(np.ones(1)) * DAYLIGHT
     scatter = np.random.default_rng(1000 + seed).standard_normal((2, len(exact), 3))
@@ -64,8 +64,7 @@ def removed_to_a_small_fraction(name: str, seed: int) -> None:
     assert after < max(0.1 * before, 3 * 100 * NOISE)
     ends = COURSES[name](np.array([0.0, 1.0]))
     assert found.change_percent == pytest.approx(100 * (ends[1] / ends[0] - 1), abs=2.5)
-    assert found.light is not None
-    assert found.light.error_after < 0.5 * found.light.error_before
+    assert known(found.light).error_after < 0.5 * known(found.light).error_before
 
 
 # More seeds: tests/stress.
@@ -127,8 +126,7 @@ def test_a_backlight_takes_black_with_it_and_daylight_is_added(light: Course, ad
 
 def test_a_change_of_the_channels_balance_is_followed() -> None:
     exact = characterisation(3, 0.0)
-    assert exact.time_s is not None
-    time = exact.time_s / exact.time_s.max()
+    time = known(exact.time_s) / known(exact.time_s).max()
     matrix, black = MODEL.primaries_XYZ_cd_m2, MODEL.black_XYZ_cd_m2
     light = (exact.XYZ - black) @ np.linalg.inv(matrix).T
     gains = np.stack([1 + 0.05 * time, np.ones_like(time), 1 - 0.08 * time], axis=1)
@@ -184,8 +182,7 @@ def test_spectra_follow_their_readings() -> None:
     put_right = estimate_drift(readings).corrected(
         replace(readings, spectra=spectra, wavelengths_nm=np.array([500.0, 510.0]))
     )
-    assert put_right.spectra is not None
-    np.testing.assert_allclose(put_right.spectra[:, 0], put_right.XYZ[:, 1])
+    np.testing.assert_allclose(known(put_right.spectra)[:, 0], put_right.XYZ[:, 1])
 
 
 def test_the_report_says_how_much() -> None:
@@ -213,8 +210,7 @@ def test_a_fit_takes_it_off_unless_it_is_left_in() -> None:
 def test_a_trend_needs_repeats_at_different_times() -> None:
     assert trend_in_time([0, 1, 2], [1, 2, 3], [0, 1, 2], 0.01) is None
     assert trend_in_time([0, 0, 0, 0], [1, 2, 3, 4], [0, 0, 0, 0], 0.01) is None
-    found = trend_in_time(np.arange(12), 0.1 * np.arange(12) + [0, 0.001] * 6, np.zeros(12), 0.01)
-    assert found is not None
+    found = known(trend_in_time(np.arange(12), 0.1 * np.arange(12) + [0, 0.001] * 6, np.zeros(12), 0.01))
     np.testing.assert_allclose(np.diff(found.at([0, 11, 20])), [1.1, 0.0], atol=0.01)
 
 
@@ -247,11 +243,9 @@ def readings(
 
 
 def test_the_tag_holds_the_place() -> None:
-    own = tag("gray120@warm-up-r2c1#3")
-    assert own is not None
+    own = known(tag("gray120@warm-up-r2c1#3"))
     assert (own.kind, own.parts) == ("warm-up", ("2", "1"))
-    whole = tag("gray120@warm-up")
-    assert whole is not None
+    whole = known(tag("gray120@warm-up"))
     assert whole.parts == ("", "")
 
 
@@ -259,9 +253,8 @@ def test_places_that_warm_up_alike_have_their_times_and_do_not_differ() -> None:
     found = warm_up(readings(ALIKE))
     assert found.passed is True
     assert found.value == pytest.approx(480 * np.log(10) / 60, rel=0.25)
-    assert found.table is not None
-    assert [row[0] for row in found.table.rows] == [f"gray120, row 2, column {column}" for column in (1, 2, 3)]
-    assert [row[3] for row in found.table.rows] == pytest.approx([54, 60, 57], rel=0.01)
+    assert [row[0] for row in known(found.table).rows] == [f"gray120, row 2, column {column}" for column in (1, 2, 3)]
+    assert [row[3] for row in known(found.table).rows] == pytest.approx([54, 60, 57], rel=0.01)
     assert "The places do not differ in it." in found.words
     assert len(found.series[0].lines) == 6
 

@@ -31,6 +31,7 @@ from devices.readings import Faults, Measurements, PatchEye
 from documents.arrays import Floats
 from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
 from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, read_cable
+from tests.kept import known
 
 # Each fault, planted in a simulated display, is found by its check; a display without it passes.
 
@@ -38,8 +39,7 @@ CLEAN = characterisation()
 
 
 def _found(diagnosis: Diagnosis) -> float:
-    assert diagnosis.value is not None
-    return diagnosis.value
+    return known(diagnosis.value)
 
 
 CHARACTERISED = (
@@ -79,8 +79,7 @@ def test_drift_is_told_in_percent_from_first_to_last() -> None:
 def test_warm_up_finds_the_time_constant_and_when_it_is_stable() -> None:
     found = warm_up(one_patch(lambda time: 1 - 0.2 * np.exp(-time / 300), minutes=60, count=31))
     assert found.passed is True
-    assert found.table is not None
-    assert found.table.rows[0][2] == pytest.approx(5.0, rel=0.05)
+    assert known(found.table).rows[0][2] == pytest.approx(5.0, rel=0.05)
     assert _found(found) == pytest.approx(5.0 * np.log(20), rel=0.05)
 
 
@@ -171,14 +170,12 @@ def test_additivity_finds_interaction(strength: float) -> None:
     found = additivity(characterisation(light=interacting))
     assert found.passed is False
     assert _found(found) == pytest.approx(5.0, abs=1.0)
-    assert found.table is not None
-    assert "255 255 255" in [row[0] for row in found.table.rows]
+    assert "255 255 255" in [row[0] for row in known(found.table).rows]
 
 
 def test_tone_response_finds_a_fall_and_tells_gamma() -> None:
     found = tone_response(CLEAN)
-    assert found.table is not None
-    gammas = {row[0]: row[1] for row in found.table.rows}
+    gammas = {row[0]: row[1] for row in known(found.table).rows}
     assert gammas["red"] == pytest.approx(1.8132, abs=0.01)
     assert gammas["blue"] == pytest.approx(1.7156, abs=0.01)
 
@@ -221,8 +218,7 @@ def test_chromaticities_find_what_no_sum_of_primaries_can_be() -> None:
 
 def test_a_share_of_variance_below_zero_is_explained_and_no_percentage() -> None:
     found = estimated_codes(characterisation(light=lambda codes: MODEL.xyz(1 - codes)), MODEL)
-    assert found.value is not None
-    assert found.value < 0
+    assert known(found.value) < 0
     assert "R² is below 0" in found.words
     assert "%" not in found.words
 
@@ -284,8 +280,7 @@ def test_spectral_transmittance_is_the_filter_s() -> None:
     without = replace(CLEAN, spectra=bare, wavelengths_nm=waves)
     seen = spectra(bare_codes, share)[1][:, ::2]
     through = replace(CLEAN, spectra=seen, wavelengths_nm=waves[::2])
-    found = transmittance(through, without, (1.0, 1.0, 1.0))
-    assert found is not None
+    found = known(transmittance(through, without, (1.0, 1.0, 1.0)))
     at, through_share = found
     assert np.abs(through_share - share(at)).max() < 1e-12
     assert _found(spectral_overlap(without)) < 50

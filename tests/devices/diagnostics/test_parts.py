@@ -27,6 +27,7 @@ from devices.errors import DeviceError
 from devices.readings import Measurements, PatchEye, read_csv
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings
 from tests.devices.diagnostics.simulated import crosstalk_readings as leaking
+from tests.kept import known
 
 # The parts of a display file that readings give, what names tell, and all checks at once.
 
@@ -66,8 +67,7 @@ def test_figure_3_7_is_uneven_by_56_percent(tmp_path: Path) -> None:
     assert "-56.1 %" in found.words
     assert "+11.8 %" in found.words
     display = read_display(_inside(found.output, tmp_path))
-    gain_map = display.gain_map("quad-buffered")
-    assert gain_map is not None
+    gain_map = known(display.gain_map("quad-buffered"))
     assert np.allclose(gain_map.luminance, FIGURE_3_7)
 
 
@@ -77,8 +77,7 @@ def test_crosstalk_becomes_part_of_a_display_file(leaks: tuple[float, float], pa
     assert found.passed is passed
     assert found.value == pytest.approx(100 * leaks[1], abs=1e-6)
     display = read_display(_inside(found.output, tmp_path))
-    read = display.crosstalk("quad-buffered")
-    assert read is not None
+    read = known(display.crosstalk("quad-buffered"))
     assert np.allclose(read.left, leaks[0] * np.eye(3), atol=1e-6)
     assert np.allclose(read.right, leaks[1] * np.eye(3), atol=1e-6)
 
@@ -111,8 +110,7 @@ def test_crosstalk_readings_are_those_that_were_meant() -> None:
     ],
 )
 def test_names_tell_what_was_read(name: str, kind: str, parts: tuple[str, ...]) -> None:
-    found = tag(name)
-    assert found is not None
+    found = known(tag(name))
     assert (found.kind, found.parts) == (kind, parts)
     assert found.base == name.split("@")[0].lower()
 
@@ -262,8 +260,7 @@ def test_the_gamuts_of_both_eyes_are_in_one_diagram() -> None:
     both = Measurements(np.vstack([CODES, CODES]), np.vstack([READ.XYZ, PALE_READ.XYZ]), eye=eyes)
     (found,) = (one for one in examine([MeasuredSet("glasses", both)]) if one.name == "gamuts")
     assert found.passed is None
-    assert found.value is not None
-    assert 30 < found.value < 90
+    assert 30 < known(found.value) < 90
     in_xy = found.series[0]
     left, right = (points(in_xy, f"glasses, {eye} eye") for eye in ("left", "right"))
     assert len(left) == 3  # a whole outline, which closes itself
@@ -271,8 +268,7 @@ def test_the_gamuts_of_both_eyes_are_in_one_diagram() -> None:
     whites = [line for line in in_xy.lines if line.style == "points"]
     assert len(whites) == 2
     assert len({line.colour for line in whites}) == 2
-    assert found.table is not None
-    assert [row[0] for row in found.table.rows] == ["glasses, left eye", "glasses, right eye"]
+    assert [row[0] for row in known(found.table).rows] == ["glasses, left eye", "glasses, right eye"]
 
 
 def test_one_gamut_alone_has_no_diagram_of_several() -> None:

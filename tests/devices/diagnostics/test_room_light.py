@@ -19,6 +19,7 @@ from devices.readings import Measurements, PatchEye, find_patches, write_csv
 from devices.readings.table import joined
 from documents.yaml import yaml_lines
 from tests.devices.diagnostics.simulated import characterisation
+from tests.kept import known
 
 pytestmark = pytest.mark.usefixtures("fits_kept")
 
@@ -111,8 +112,7 @@ def test_a_fitted_display_file_keeps_black_and_room_apart(tmp_path: Path, lit: b
 def test_the_report_gives_contrast_with_the_terms_apart() -> None:
     found = room_light(_readings())
     assert found.value == pytest.approx(MODEL.in_room(AMBIENT).contrast())
-    assert found.table is not None
-    assert found.table.rows[0][1:4] == pytest.approx((97.06, 0.06, 0.32))
+    assert known(found.table).rows[0][1:4] == pytest.approx((97.06, 0.06, 0.32))
 
 
 def test_where_nothing_is_fitted_the_line_to_write_is_named() -> None:
@@ -199,8 +199,7 @@ def test_the_right_model_passes_in_the_dark_and_in_the_light(
 ) -> None:
     found = _difference(_compared_readings(room, off=off))
     assert found.passed
-    assert found.value is not None
-    assert found.value < 0.15
+    assert known(found.value) < 0.15
     assert words in found.words
 
 
@@ -214,10 +213,10 @@ def test_a_wrong_model_fails_in_the_dark_and_in_the_light(room: np.ndarray, off:
 def test_a_room_s_light_that_the_file_does_not_have_fails_unless_it_was_read() -> None:
     assert _difference(_compared_readings(OTHER_ROOM)).passed is False
     assert _difference(_compared_readings(OTHER_ROOM), model=MODEL).passed is False
-    for model, known in ((LIT, "0.6"), (MODEL, "0")):
+    for model, room in ((LIT, "0.6"), (MODEL, "0")):
         found = _difference(_compared_readings(OTHER_ROOM, off=OTHER_ROOM), model=model)
         assert found.passed
-        assert f"the display file has {known}." in found.words
+        assert f"the display file has {room}." in found.words
 
 
 def test_it_may_have_been_read_in_a_file_of_its_own() -> None:

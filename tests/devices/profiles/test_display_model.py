@@ -48,6 +48,7 @@ from tests.devices.profiles.profile_bytes import (
     vcgt,
     xyz,
 )
+from tests.kept import known
 
 # Matrix and curves as a display model: what kind of curve, what white, what black, and how exactly.
 
@@ -288,8 +289,7 @@ def test_codes_are_those_that_the_gamma_table_sent(tmp_path: Path) -> None:
     tags = {"targ": text(format_ti3(READINGS)), "vcgt": vcgt(1, 2, [0, 16384, 65535])}
     found = read_measurements(_file(tmp_path, tags))
     np.testing.assert_allclose(found.codes[4], [0.125, 0.25, 0.625], atol=2e-5)
-    assert found.gamma_table is not None
-    assert found.gamma_table.is_identity
+    assert known(found.gamma_table).is_identity
     assert any("'vcgt'" in said and "identity table" in said for said in found.assumptions)
     same = read_measurements(_file(tmp_path, tags | {"vcgt": vcgt(1, 2, [0, 65535])}))
     np.testing.assert_allclose(same.codes, READINGS_CODES)
@@ -309,8 +309,7 @@ def test_a_gamma_table_without_black_or_full_drive_stays_that_of_the_readings(
     tags = {"targ": text(format_ti3(READINGS)), "vcgt": vcgt(1, 2, entries)}
     found = read_measurements(_file(tmp_path, tags))
     np.testing.assert_allclose(found.codes, READINGS_CODES)
-    assert found.gamma_table is not None
-    assert np.asarray(found.gamma_table.entries)[:, 0].tolist() == entries
+    assert np.asarray(known(found.gamma_table).entries)[:, 0].tolist() == entries
     assert any("'vcgt'" in said and "only while that table is loaded" in said for said in found.assumptions)
 
 
@@ -458,8 +457,7 @@ def test_header_white_luminance_and_name_are_those_of_version_4() -> None:
 
 def test_a_gamma_table_goes_along_unless_it_changes_nothing() -> None:
     table = GammaTable.from_shares(np.linspace(0, 1, 256) ** 1.1)
-    kept = _tags(profile_of_model(thesis_display(), "x", gamma_table=table)).gamma_table
-    assert kept is not None
+    kept = known(_tags(profile_of_model(thesis_display(), "x", gamma_table=table)).gamma_table)
     assert kept.same_as(table)
     for nothing in (None, GammaTable.identity(), GammaTable.unreadable("Wayland")):
         assert _tags(profile_of_model(thesis_display(), "x", gamma_table=nothing)).gamma_table is None

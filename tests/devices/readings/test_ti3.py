@@ -26,6 +26,7 @@ from devices.readings import (
 from devices.readings.table import joined
 from devices.readings.ti3 import format_ti3, parse_ti3, write_ti3
 from documents import Finding
+from tests.kept import known
 
 # ``.ti3`` files with and without spectra, right and wrong.
 
@@ -50,11 +51,8 @@ def test_spectra_come_back_at_their_own_spacing(tmp_path: Path, waves: np.ndarra
     table = _spectral(waves)
     write_ti3(table, tmp_path / "d.ti3")
     back = read_measurements(tmp_path / "d.ti3")
-    assert back.spectra is not None
-    assert back.wavelengths_nm is not None
-    assert table.spectra is not None
-    np.testing.assert_allclose(back.wavelengths_nm, waves, atol=1e-6)
-    np.testing.assert_allclose(back.spectra, table.spectra, rtol=1e-14)
+    np.testing.assert_allclose(known(back.wavelengths_nm), waves, atol=1e-6)
+    np.testing.assert_allclose(known(back.spectra), known(table.spectra), rtol=1e-14)
     np.testing.assert_array_equal(back.XYZ, table.XYZ)
     assert back.assumptions == ()
 
@@ -71,10 +69,9 @@ def test_without_XYZ_the_spectra_are_summed_at_their_own_spacing() -> None:
     waves = np.arange(380.0, 781, 4)
     table = _spectral(waves)
     fields = [f"SPEC_{wave:.0f}" for wave in waves]
-    assert table.spectra is not None
     rows = [
         f"{100 * r} {100 * g} {100 * b} " + " ".join(repr(1000 * float(v)) for v in light)
-        for (r, g, b), light in zip(CODES.tolist(), table.spectra, strict=True)
+        for (r, g, b), light in zip(CODES.tolist(), known(table.spectra), strict=True)
     ]
     text = ["BEGIN_DATA_FORMAT", f"RGB_R RGB_G RGB_B {' '.join(fields)}", "END_DATA_FORMAT", "BEGIN_DATA", *rows]
     found = parse_ti3([*text, "END_DATA"], "d.ti3")
@@ -88,14 +85,12 @@ def test_spectra_of_another_scale_are_brought_to_that_of_XYZ_and_said(factor: fl
     waves = np.arange(380.0, 781, 10)
     table = _spectral(waves, factor * xyz_from_spectra(_spectra(waves), waves))
     found = parse_ti3(format_ti3(table).splitlines(), "d.ti3")
-    assert found.spectra is not None
-    np.testing.assert_allclose(xyz_from_spectra(found.spectra, waves), table.XYZ, rtol=1e-9)
+    np.testing.assert_allclose(xyz_from_spectra(known(found.spectra), waves), table.XYZ, rtol=1e-9)
     assert f"multiplied by {factor:.4g}" in found.assumptions[0]
 
 
 def _spectra(waves: np.ndarray) -> np.ndarray:
-    found = _spectral(waves).spectra
-    assert found is not None
+    found = known(_spectral(waves).spectra)
     return found
 
 
@@ -103,16 +98,14 @@ def test_normalised_files_come_back_to_candelas_with_their_spectra() -> None:
     waves = np.arange(380.0, 731, 10)
     table = _spectral(waves)
     white = float(table.XYZ[2, 1])
-    assert table.spectra is not None
     relative = Measurements(
-        CODES, table.XYZ * 100 / white, table.name, spectra=table.spectra * 100 / white, wavelengths_nm=waves
+        CODES, table.XYZ * 100 / white, table.name, spectra=known(table.spectra) * 100 / white, wavelengths_nm=waves
     )
     text = format_ti3(relative).replace('Y_100 "NO"', 'Y_100 "YES"').splitlines()
     text = [f'LUMINANCE_XYZ_CDM2 "0 {white!r} 0"' if line.startswith("LUMINANCE") else line for line in text]
     found = parse_ti3(text, "d.ti3")
-    assert found.spectra is not None
     np.testing.assert_allclose(found.XYZ, table.XYZ)
-    np.testing.assert_allclose(found.spectra, table.spectra)
+    np.testing.assert_allclose(known(found.spectra), known(table.spectra))
     assert found.assumptions == ()
     without = [line for line in text if not line.startswith("LUMINANCE")]
     assert "relative" in parse_ti3(without, "d.ti3").assumptions[0]
@@ -199,8 +192,7 @@ def test_mode_eyes_and_times_come_back_and_are_declared() -> None:
     for name in ("STEREO_MODE", "EYE", "TIME_S"):
         assert f'KEYWORD "{name}"' in text
     back = parse_ti3(text.splitlines(), "d")
-    assert back.time_s is not None
-    assert (back.mode, back.eye, back.time_s.tolist()) == (table.mode, table.eye, [0.0, 1.25, 1e9 / 7])
+    assert (back.mode, back.eye, known(back.time_s).tolist()) == (table.mode, table.eye, [0.0, 1.25, 1e9 / 7])
     assert "KEYWORD" not in format_ti3(PLAIN)
     with pytest.raises(DeviceError, match="'up' is no eye"):
         parse_ti3(text.replace(" right ", " up ").splitlines(), "d")
@@ -321,8 +313,7 @@ def test_a_calibration_is_applied_to_the_codes_and_said() -> None:
     found = parse_ti3(_through(curve, CODES), "d.ti3")
     np.testing.assert_allclose(found.codes[2], [1.0, 1.0, 0.93], atol=1e-6)
     assert found.codes[1, 0] == pytest.approx(np.interp(128 / 255, STEPS, STEPS**1.1), abs=1e-6)
-    assert found.gamma_table is not None
-    assert found.gamma_table.is_identity
+    assert known(found.gamma_table).is_identity
     assert "up to 0.07 of full code" in found.assumptions[0]
     assert "no codes above blue 0.93" in found.assumptions[1]
 
@@ -341,16 +332,14 @@ def test_a_calibration_that_lifts_black_stays_the_table_of_the_readings(top: flo
     curve = np.stack([0.02 + 0.98 * STEPS, 0.015 + 0.985 * STEPS, 0.03 + (top - 0.03) * STEPS], axis=1)
     found = parse_ti3(_through(curve, codes), "d.ti3")
     np.testing.assert_allclose(found.codes, codes, atol=1e-9)
-    assert found.gamma_table is not None
-    np.testing.assert_allclose(found.gamma_table.shares, curve, atol=2e-5)
+    np.testing.assert_allclose(known(found.gamma_table).shares, curve, atol=2e-5)
     assert "only while this calibration is loaded" in found.assumptions[0]
     fit = fit_display(found, model="table")
     model = fit.eyes["both"].characterisation.chosen.model
     sent = np.stack([np.interp(codes[:, i], STEPS, curve[:, i]) for i in range(3)], axis=1)
     truth, white = thesis_display().xyz(sent), thesis_display().xyz([1.0, 1.0, 1.0])
     assert delta_e_2000(xyz_to_lab(model.xyz(codes), white), xyz_to_lab(truth, white)).max() < 0.5
-    assert fit.gamma_table is not None
-    assert not fit.gamma_table.is_identity
+    assert not known(fit.gamma_table).is_identity
 
 
 @pytest.mark.parametrize(("green", "codes_to", "kept"), [(0.746, 1.0, True), (0.76, 1.0, False), (0.85, 0.8, True)])
@@ -360,8 +349,7 @@ def test_a_calibration_that_ends_far_below_full_drive_stays_the_table(
     """The conversion of codes is never what takes full drive away: (0.85, 0.8) would send green to 0.68 at most."""
     codes = codes_to * table_c1_codes()
     found = parse_ti3(_through(np.stack([STEPS, green * STEPS, 0.95 * STEPS], axis=1), codes), "d.ti3")
-    assert found.gamma_table is not None
-    assert found.gamma_table.is_identity is not kept
+    assert known(found.gamma_table).is_identity is not kept
     np.testing.assert_allclose(found.codes, codes * ([1, 1, 1] if kept else [1, green, 0.95]), atol=1e-5)
     assert any(f"green {green:g}" in said for said in found.assumptions)
 
@@ -371,8 +359,7 @@ def test_a_calibration_of_five_digits_that_changes_nothing_leaves_the_codes() ->
     found = parse_ti3([line.replace("CAL   ", "CAL    ") for line in _through(rounded, CODES)], "d.ti3")
     np.testing.assert_allclose(found.codes, CODES, atol=1e-12)
     assert found.assumptions == ()
-    assert found.gamma_table is not None
-    assert found.gamma_table.is_identity
+    assert known(found.gamma_table).is_identity
 
 
 @pytest.mark.nightly

@@ -25,6 +25,7 @@ from devices.timing_marks import (
 )
 from devices.timing_marks import parallel_port as parallel_module
 from documents.platform import open_parallel_port, pseudo_terminal
+from tests.kept import known
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
 needs_lsl = pytest.mark.skipif(find_spec("pylsl") is None, reason="pylsl is not installed (pip install '.[lsl]')")
@@ -34,8 +35,7 @@ needs_lsl = pytest.mark.skipif(find_spec("pylsl") is None, reason="pylsl is not 
 def terminal() -> Iterator[tuple[str, Any]]:
     """A pseudo-terminal's name, and what reads what is sent there."""
     with pseudo_terminal() as pair:
-        assert pair is not None
-        yield pair
+        yield known(pair)
 
 
 def serial(port: str, **more: Any) -> SerialMarksSpec:
@@ -75,8 +75,7 @@ def test_a_port_that_is_not_there_is_named_with_those_that_are() -> None:
         open_mark_port(serial("/dev/no_such_port"))
     (fault,) = refused.value.findings
     assert (fault.file, fault.message) == ("/dev/no_such_port", "there is no such serial port")
-    assert fault.remedy is not None
-    assert fault.remedy.startswith("ports here: ")
+    assert known(fault.remedy).startswith("ports here: ")
 
 
 def test_a_port_in_use_is_one_message(terminal: Any) -> None:
@@ -137,9 +136,8 @@ def test_a_port_that_nobody_reads_never_blocks_and_works_again(terminal: Any) ->
             except MarkError as error:
                 refused = error
             longest_s = max(longest_s, time.thread_time() - began_s)
-        assert refused is not None
-        assert not isinstance(refused, PortLostError)
-        assert "takes no more bytes" in str(refused)
+        assert not isinstance(known(refused), PortLostError)
+        assert "takes no more bytes" in str(known(refused))
         assert longest_s < 0.1  # of this thread's own time: a write that spins would take all of it
         got = read_all(read, sent)
         assert got == bytes(1 + number % 255 for number in range(sent))
@@ -149,8 +147,7 @@ def test_a_port_that_nobody_reads_never_blocks_and_works_again(terminal: Any) ->
 
 def test_a_port_that_goes_away_is_lost() -> None:
     with pseudo_terminal() as pair:
-        assert pair is not None
-        port = open_mark_port(serial(pair[0]))
+        port = open_mark_port(serial(known(pair)[0]))
     with pytest.raises(PortLostError, match="the port is gone"):
         port.send(1, 0.0)
     port.close()

@@ -29,6 +29,7 @@ from documents.files import (
 )
 from documents.files.owned_lock import STALE_S, Owner
 from documents.platform import process_start
+from tests.kept import known
 
 
 @pytest.fixture
@@ -56,8 +57,7 @@ def test_one_has_it_until_it_is_released(file: Path) -> None:
     lock = OwnedLock.take(file)
     with pytest.raises(LogInUseError) as refused:
         OwnedLock.take(file)
-    assert refused.value.owner is not None
-    assert refused.value.owner.process == os.getpid()
+    assert known(refused.value.owner).process == os.getpid()
     assert (in_use(file) is None, lock.lost(), lock.taken_over) == (False, None, None)
     lock.release()
     assert (in_use(file), record(file).exists()) == (None, False)
@@ -109,8 +109,7 @@ def test_another_machine_is_believed_for_two_minutes(file: Path) -> None:
         assert (in_use(file) is not None) == held
     assert in_use(file) is None
     lock = OwnedLock.take(file)
-    assert lock.taken_over is not None
-    assert lock.taken_over.host == "there"
+    assert known(lock.taken_over).host == "there"
     lock.release()
 
 
@@ -167,9 +166,8 @@ def test_a_log_that_another_process_took_over_is_left_to_it(tmp_path: Path, monk
         log.append({"record": "trial", "trial": 1})
     assert stopped.value.taken
     assert file.read_bytes() == theirs
-    assert stopped.value.saved is not None
-    assert stopped.value.saved.is_relative_to(tmp_path / "state")
-    assert stopped.value.saved.read_bytes().count(b'"trial"') >= 2
+    assert known(stopped.value.saved).is_relative_to(tmp_path / "state")
+    assert known(stopped.value.saved).read_bytes().count(b'"trial"') >= 2
     log.close()
 
 

@@ -23,6 +23,7 @@ from runner.check.files import _CHECKS
 from runner.protocol import read_experiment
 from stimuli.comparison import read_regions
 from stimuli.recipes import read_recipe
+from tests.kept import known
 
 
 # Faults in a file are all found at once, placed, and answered with the nearest valid spelling.
@@ -360,14 +361,11 @@ def test_scalars_are_read_as_yaml_1_2(text: str, value: object) -> None:
 
 def test_places_count_from_one() -> None:
     source = parse_yaml("a: 1\nblocks:\n  - {kind: x, text: y}\n", "f.yaml")
-    place = source.place(("blocks", 0, "text"))
-    key = source.place(("blocks", 0, "text"), key=True)
-    assert place is not None
-    assert key is not None
+    place = known(source.place(("blocks", 0, "text")))
+    key = known(source.place(("blocks", 0, "text"), key=True))
     assert (place.line, place.column) == (3, 21)
     assert (key.line, key.column) == (3, 15)
-    nearest = source.place(("blocks", 0, "missing"))
-    assert nearest is not None
+    nearest = known(source.place(("blocks", 0, "missing")))
     assert nearest.line == 3
 
 

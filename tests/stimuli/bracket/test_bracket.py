@@ -23,6 +23,7 @@ from stimuli.bracket.noise import estimate_noise
 from stimuli.develop import DevelopOptions, read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.pictures import RowFile, read_exr
+from tests.kept import known
 from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
 from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng, save_linear_dng
 
@@ -56,8 +57,7 @@ def test_the_light_of_the_scene_comes_back(tmp_path: Path) -> None:
     light = scene()
     report = merge(tmp_path, bracket(tmp_path, light)[::-1])
     image = read_camera_image(tmp_path / "merged.exr")
-    assert image.exposure is not None
-    assert image.exposure.time_s == pytest.approx(1 / 250, rel=0.002)
+    assert known(image.exposure).time_s == pytest.approx(1 / 250, rel=0.002)
     truth = halves(light / 250)
     unsaturated = ~image.saturated
     off = (image.rgb / truth - 1)[unsaturated]
@@ -424,13 +424,11 @@ def test_noise_is_found_in_the_photographs() -> None:
     light = np.exp(rng.uniform(np.log(1e-4), 0, 200_000))
     values = [np.rint(14920 * record(light, time, seed=number)) / 14920 for number, time in enumerate(T)]
     full = [value >= 1 for value in values]
-    noise = estimate_noise(values, full, T)
-    assert noise is not None
+    noise = known(estimate_noise(values, full, T))
     assert 1 / noise.gain == pytest.approx(FULL_E, rel=0.02)
     coded = np.sqrt(READ_E**2 + (FULL_E / 14920) ** 2 / 12)  # whole codes add to the read noise
     assert noise.read / noise.gain == pytest.approx(coded, rel=0.05)
-    given = estimate_noise(values, full, T, read=float(coded) / FULL_E)
-    assert given is not None
+    given = known(estimate_noise(values, full, T, read=float(coded) / FULL_E))
     assert 1 / given.gain == pytest.approx(FULL_E, rel=0.02)
     assert given.read == pytest.approx(coded / FULL_E)
     assert estimate_noise([value[:100] for value in values], [part[:100] for part in full], T) is None

@@ -21,6 +21,7 @@ from stimuli.comparison.regions import Chart
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError
 from stimuli.pictures import rows
+from tests.kept import known
 from tests.stimuli.comparison.scenes import CHART, CORNERS, PLATE, Cyclopean, chart, compared, patch_XYZ, written
 from tests.stimuli.spectral.pictures import save_exr
 
@@ -56,8 +57,7 @@ def rgb_of(rows: Sequence[object], name: str) -> Floats:
 
 def test_the_rgb_that_was_photographed_comes_back(regions_yaml: Path) -> None:
     light = chart(noise=0.0)
-    found = in_regions(light, light, regions_yaml).camera_rgb
-    assert found is not None
+    found = known(in_regions(light, light, regions_yaml).camera_rgb)
     # float32 pixels of up to 90 cd/m² have six digits.
     np.testing.assert_allclose(rgb_of(found.rows, "photo_rgb"), RGB, atol=1e-6)
     assert rgb_of(found.rows, "delta_rgb").tolist() == [[0, 0, 0]] * 24
@@ -70,8 +70,7 @@ def test_a_channel_that_is_off_shows_there_alone(regions_yaml: Path) -> None:
     """Five per cent more of red in the sensor is a difference in all of XYZ, and in one of RGB."""
     more_red = np.asarray(CAMERA.xyz(RGB * [1.05, 1, 1]), dtype=np.float64)
     compared_regions = in_regions(chart(noise=0.0), chart(more_red, noise=0.0), regions_yaml)
-    found = compared_regions.camera_rgb
-    assert found is not None
+    found = known(compared_regions.camera_rgb)
     delta = rgb_of(found.rows, "delta_rgb")
     np.testing.assert_allclose(delta, RGB * [0.05, 0, 0], atol=2e-6)
     assert found.mean_ratio_rgb == pytest.approx((1 / 1.05, 1, 1), abs=1e-4)
@@ -186,17 +185,14 @@ def test_standard_errors_are_those_of_the_picture_in_rgb(tmp_path: Path) -> None
     large = tmp_path / "large.yaml"
     large.write_text(CHART.replace("[[20, 18], [222, 22], [218, 160], [16, 154]]", str(corners.tolist())))
     regions = read_regions(large)
-    found = in_regions(photo, rendering, large).camera_rgb
-    assert found is not None
+    found = known(in_regions(photo, rendering, large).camera_rgb)
     outlines = [(region.name, region.photo_px) for region in place_regions(regions, photo.shape).regions]
     sides = [
         area_means(np.asarray(CAMERA.rgb(side), dtype=np.float32), outlines, None, least_pixels=4, what="picture")
         for side in (photo, rendering)
     ]
     for row, one, other in zip(found.rows, *sides, strict=True):
-        assert one.covariance_XYZ is not None
-        assert other.covariance_XYZ is not None
-        expected = np.sqrt(np.diag(one.covariance_XYZ + other.covariance_XYZ))
+        expected = np.sqrt(np.diag(known(one.covariance_XYZ) + known(other.covariance_XYZ)))
         assert row.delta_rgb_se == pytest.approx(tuple(expected), rel=1e-3)
         assert row.photo_rgb == pytest.approx(tuple(one.XYZ), abs=1e-6)
 
@@ -239,8 +235,7 @@ def test_each_way_round_is_told_with_the_right_corners(chart_picture: Draw, way:
         check_charts(picture, [way_chart(given)], "photograph", file="r.yaml")
     (finding,) = caught.value.findings
     assert finding.message == f"the chart 'chart' lies {way} in the photograph"
-    assert finding.remedy is not None
-    assert finding.remedy.endswith("[[40, 30], [330, 44], [318, 240], [28, 220]]")
+    assert known(finding.remedy).endswith("[[40, 30], [330, 44], [318, 240], [28, 220]]")
 
 
 def test_another_white_and_a_camera_of_its_own_do_not_matter(chart_picture: Draw) -> None:

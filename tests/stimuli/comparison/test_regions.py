@@ -24,6 +24,7 @@ from stimuli.comparison.table import region_table
 from stimuli.comparison.verdict import Limits
 from stimuli.errors import StimulusError
 from stimuli.pictures import rows
+from tests.kept import known
 
 # Which pixels lie in an outline, and outlines that cross themselves.
 
@@ -166,8 +167,7 @@ def test_the_rendering_may_have_corners_of_its_own(regions_of: Write) -> None:
     np.testing.assert_allclose(apart.rendering_px[0], [1, 2])
     (on_one_grid,) = place_regions(regions, SHAPE).regions
     np.testing.assert_allclose(on_one_grid.rendering_px, on_one_grid.photo_px)
-    pairs = corner_pairs(regions, SHAPE, (50, 50, 3))
-    assert pairs is not None
+    pairs = known(corner_pairs(regions, SHAPE, (50, 50, 3)))
     np.testing.assert_allclose(pairs[0][2], [90, 90])
     np.testing.assert_allclose(pairs[1][2], [41, 42])
     assert corner_pairs(regions_of("{kind: plate}"), SHAPE, SHAPE) is None
@@ -191,8 +191,7 @@ def test_faults_in_outlines_are_told_at_their_line(regions_of: Write, entry: str
     with pytest.raises(StimulusError, match=words) as caught:
         place_regions(regions_of(CHART, entry), SHAPE)
     (finding,) = caught.value.findings
-    assert finding.file is not None
-    assert finding.file.endswith("regions.yaml")
+    assert known(finding.file).endswith("regions.yaml")
     assert finding.line == 4
 
 
@@ -263,9 +262,7 @@ def test_bands_give_the_means_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> N
         np.testing.assert_allclose(one.XYZ, values.mean(axis=0), rtol=1e-14)
         np.testing.assert_allclose(one.sd_XYZ, values.std(axis=0, ddof=1), rtol=1e-13)
         assert one.saturated_share == full[mask].mean()
-    assert whole.covariance_XYZ is not None
-    assert got.covariance_XYZ is not None
-    np.testing.assert_allclose(got.covariance_XYZ, whole.covariance_XYZ, rtol=1e-10)
+    np.testing.assert_allclose(known(got.covariance_XYZ), known(whole.covariance_XYZ), rtol=1e-10)
 
 
 @pytest.mark.parametrize("outline", [SQUARE + [2, 9], SQUARE[:, ::-1] * [0.9, 1.1] + [3, 5], TRIANGLE])
@@ -317,8 +314,7 @@ def test_standard_errors_are_those_of_repeated_pictures(blurred: bool) -> None:
         picture = light + (uniform_filter(noise, (3, 3, 0), mode="wrap") if blurred else noise)
         (area,) = area_means(picture, [("all", SQUARE)])
         means.append(area.XYZ)
-        assert area.covariance_XYZ is not None
-        told.append(np.diag(area.covariance_XYZ))
+        told.append(np.diag(known(area.covariance_XYZ)))
     # 450 means: their standard deviation is known to 3.3 %, three times that is allowed. Means over cells of 8 pixels
     # of noise blurred over 3 scatter less by (1+4+6·9+4+1) / (9·8) along each axis, and so is the error told.
     ratio = np.sqrt(np.mean(told)) / np.std(means, axis=0).mean()
@@ -387,13 +383,9 @@ def test_table_5_2_follows_from_its_own_columns(shared_data: Path, shutter: str)
         # A distance is off by no more than the length of both columns' roundings, and by its own.
         assert row.delta_xy == pytest.approx(float(want["delta_xy"]), abs=0.01 * np.sqrt(2) + 0.005 + 1e-9)
         assert row.luminance_ratio == pytest.approx(float(want["photo_Y"]) / float(want["simulation_Y"]))
-    factor = table.factor
-    assert factor is not None
-    assert factor.pearson is not None
-    assert factor.pearson > 0.9  # "their high correlation", Figures 5.9 and 5.10
-    assert factor.r2_as_rendered is not None
-    assert factor.r2_mean_ratio is not None
-    assert factor.r2_as_rendered < 0 < factor.r2_mean_ratio
+    factor = known(table.factor)
+    assert known(factor.pearson) > 0.9  # "their high correlation", Figures 5.9 and 5.10
+    assert known(factor.r2_as_rendered) < 0 < known(factor.r2_mean_ratio)
     assert factor.mean_ratio == pytest.approx(np.mean([row.luminance_ratio or 0 for row in table.rows]))
 
 
@@ -410,12 +402,10 @@ def notes(table: RegionTable, limits_of: RegionsFile) -> list[str]:
 def test_three_percent_of_luminance_are_found_and_measured(chart_picture: Draw, regions_of: Write) -> None:
     regions = regions_of(TABLE_CHART)
     table = compared(chart_picture(noise=0.02), 1.03 * chart_picture(noise=0.02, seed=2), regions).table
-    factor = table.factor
-    assert factor is not None
-    assert factor.mean_ratio_se is not None
+    factor = known(table.factor)
     # About 600 pixels of 2 % noise in 24 patches, twice: 0.024 %.
     assert factor.mean_ratio == pytest.approx(1 / 1.03, abs=0.001)
-    assert 1e-4 < factor.mean_ratio_se < 5e-4
+    assert 1e-4 < known(factor.mean_ratio_se) < 5e-4
     (note,) = notes(table, regions)
     assert "luminances differ by a factor" in note
     assert "% brighter" in note

@@ -25,6 +25,7 @@ from stimuli.comparison.regions_file import MOST_AREAS
 from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.measures import SeenPicture
 from stimuli.measures.scielab import MOST_PIXELS_PER_DEGREE
+from tests.kept import known
 from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, few, patch_XYZ, spots, written
 
 # What cannot be compared is refused in one line, with exit status 2, and nothing is written.
@@ -189,8 +190,7 @@ def test_values_that_are_no_numbers(tmp_path: Path, refused: Refused, bad: float
     picture[7, 9, 1] = bad
     spec = oiio.ImageSpec(*SIZE, 3, "float")
     spec.channelnames = ("X", "Y", "Z")
-    output = oiio.ImageOutput.create(str(tmp_path / "b.exr"))
-    assert output is not None
+    output = known(oiio.ImageOutput.create(str(tmp_path / "b.exr")))
     assert output.open(str(tmp_path / "b.exr"), spec)
     assert output.write_image(picture)
     output.close()
@@ -319,8 +319,7 @@ def test_places_of_both_pictures_never_overflow(tmp_path: Path) -> None:
     corners = "[[-1e9, -1e9], [1e9, -1e9], [1e9, 1e9], [-1e9, 1e9]]"
     plate = f"{{kind: plate, corners: {corners}, rendering_corners: {corners}}}"
     path.write_text(f"schema_version: 1\nunits: share\nregions: [{plate}]\n", encoding="utf-8")
-    found = corner_pairs(read_regions(path), SHAPE, SHAPE)
-    assert found is not None
+    found = known(corner_pairs(read_regions(path), SHAPE, SHAPE))
     assert np.isfinite(found).all()
 
 
@@ -357,8 +356,7 @@ PAGE = Path(__file__).parents[3] / "docs/regions.md"
 
 
 def test_the_pages_example_can_be_placed(tmp_path: Path) -> None:
-    found = re.search(r"```yaml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert found is not None
+    found = known(re.search(r"```yaml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL))
     (tmp_path / "regions.yaml").write_text(found.group(1), encoding="utf-8")
     regions = read_regions(tmp_path / "regions.yaml")
     placed = place_regions(regions, (3000, 2600, 3), (3000, 2600, 3))

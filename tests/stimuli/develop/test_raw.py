@@ -34,6 +34,7 @@ from stimuli.develop.sensor_image import make_picture
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, write_exr
 from stimuli.pictures.picture_pixels import turned
+from tests.kept import known
 from tests.stimuli.develop.dng import (
     camera_tags,
     coded,
@@ -337,8 +338,7 @@ def test_an_exif_orientation_is_followed(tmp_path: Path) -> None:
 def test_the_exposure_is_read(tmp_path: Path) -> None:
     tags = [(33434, "2I", 1, (1, 3), True), (33437, "2I", 1, (8, 1), True), (34855, "H", 1, 200, True)]
     tifffile.imwrite(tmp_path / "a.tif", CODES, photometric="rgb", extratags=tags)
-    exposure = read_camera_image(tmp_path / "a.tif").exposure
-    assert exposure is not None
+    exposure = known(read_camera_image(tmp_path / "a.tif").exposure)
     assert exposure.same_signal(Exposure(1 / 3, 8.0, 200.0))
     told = read_camera_image(tmp_path / "a.tif", exposure=Exposure(2, 4)).exposure
     assert told == Exposure(2, 4)
@@ -508,8 +508,7 @@ def test_a_turned_picture_is_the_whole_one_turned(
     monkeypatch.setattr(demosaic, "BAND_PHOTOSITES", 200)
     path = save_dng(tmp_path / "a.dng", noisy((33, 26)), white=4000, tags=[(274, "H", 1, orientation, True)])
     sensor = read_sensor(path)
-    assert sensor.pattern is not None
-    rgb, saturated = whole(Mosaic(sensor.values, sensor.saturated, sensor.pattern), "malvar")
+    rgb, saturated = whole(Mosaic(sensor.values, sensor.saturated, known(sensor.pattern)), "malvar")
     picture = make_picture(sensor, "malvar")
     np.testing.assert_array_equal(picture.rgb, turned(rgb, sensor.flip))
     np.testing.assert_array_equal(picture.saturated, turned(saturated, sensor.flip))
@@ -528,9 +527,8 @@ def test_xyz_is_written_by_bands_as_it_is_at_once(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(camera_to_xyz, "_BAND_PIXELS", 64 * 7)
     (report,) = develop_photographs([path], tmp_path / "bands.exr", DevelopOptions(camera=camera)).photographs
     assert (tmp_path / "bands.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
-    assert report.luminance is not None
-    assert report.luminance.mean_cd_m2 == pytest.approx(float(at_once.xyz[..., 1].mean(dtype=float)), rel=1e-12)
-    assert report.luminance.negative_pixels == at_once.clipped > 0
+    assert known(report.luminance).mean_cd_m2 == pytest.approx(float(at_once.xyz[..., 1].mean(dtype=float)), rel=1e-12)
+    assert known(report.luminance).negative_pixels == at_once.clipped > 0
     assert list(report.steps) == [dict(step) for step in at_once.steps]
 
 

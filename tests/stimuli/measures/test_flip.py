@@ -13,6 +13,7 @@ from devices.colour import linear_srgb_matrix
 from stimuli.errors import StimulusError
 from stimuli.measures import PicturePair, ViewingConditions, measure_named, measure_pairs, measure_pictures
 from stimuli.pictures import rows
+from tests.kept import known
 
 evaluate = pytest.importorskip("flip_evaluator").evaluate
 
@@ -44,8 +45,7 @@ def test_map_and_mean_are_those_of_the_implementation(name: str, kind: str, leve
     reference, test = pair(level)
     expected, mean = by_the_reference(reference, test, kind)
     got = measure_named(name).measure(reference, test, VIEWING)
-    assert got.error_map is not None
-    np.testing.assert_allclose(got.error_map, expected, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(known(got.error_map), expected, rtol=0, atol=1e-6)
     # The implementation adds up in single precision: 12,288 terms are off by some 1e-6 of their mean.
     assert got.value == pytest.approx(mean, rel=2e-5)
     assert got.value == pytest.approx(float(expected.mean(dtype=np.float64)), abs=1e-9)
@@ -56,11 +56,9 @@ def test_map_and_mean_are_those_of_the_implementation(name: str, kind: str, leve
 @pytest.mark.parametrize("band_pixels", [128 * 30])
 def test_bands_make_the_map_of_the_whole(monkeypatch: pytest.MonkeyPatch, name: str, band_pixels: int) -> None:
     reference, test = pair()
-    whole = measure_named(name).measure(reference, test, VIEWING).error_map
+    whole = known(measure_named(name).measure(reference, test, VIEWING).error_map)
     monkeypatch.setattr(rows, "BAND_PIXELS", band_pixels)
-    banded = measure_named(name).measure(reference, test, VIEWING).error_map
-    assert whole is not None
-    assert banded is not None
+    banded = known(measure_named(name).measure(reference, test, VIEWING).error_map)
     np.testing.assert_allclose(banded, whole, rtol=0, atol=1e-7)
 
 

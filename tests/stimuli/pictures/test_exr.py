@@ -21,6 +21,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures import REC709, Region, StereoImage, XYZImage, read_exr, read_exr_counted, write_exr
 from stimuli.pictures.exr_header import XYZ
 from stimuli.pictures.exr_views import read_views
+from tests.kept import known
 from tests.stimuli.oiio_files import save_parts
 from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, strings, write_bytes
 
@@ -50,8 +51,7 @@ def write_parts(
                 values = tuple(value)
                 spec.attribute(key, f"{'string' if isinstance(values[0], str) else 'float'}[{len(values)}]", values)
         specs.append(spec)
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
+    output = known(oiio.ImageOutput.create(str(path)))
     assert output.open(str(path), specs if len(specs) > 1 else specs[0]), output.geterror()
     for index, (_, _, pixels) in enumerate(parts):
         if index:
@@ -79,8 +79,7 @@ def test_a_written_picture_reads_back_to_half_precision(tmp_path: Path, flat: bo
 
 def test_what_is_written_declares_absolute_xyz_losslessly(tmp_path: Path) -> None:
     write_exr(tmp_path / "a.exr", StereoImage(noise(seed=1), noise(seed=2)))
-    picture = oiio.ImageInput.open(str(tmp_path / "a.exr"))
-    assert picture is not None
+    picture = known(oiio.ImageInput.open(str(tmp_path / "a.exr")))
     spec = picture.spec()
     assert spec.getattribute("multiView") == ("left", "right")
     np.testing.assert_allclose(spec.getattribute("chromaticities"), EXR_XYZ, atol=1e-7)
@@ -416,8 +415,7 @@ def test_views_stored_in_different_windows_have_one_region(tmp_path: Path) -> No
         spec.attribute("view", view)
         spec.full_width, spec.full_height = 30, 21
         specs.append(spec)
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
+    output = known(oiio.ImageOutput.create(str(path)))
     assert output.open(str(path), specs)
     assert output.write_image(left)
     assert output.open(str(path), specs[1], "AppendSubimage")
@@ -692,8 +690,7 @@ def test_of_a_mipmapped_picture_the_first_level_is_read(tmp_path: Path, tiles: i
     if tiles:
         config.tile_width = config.tile_height = tiles
     assert oiio.ImageBufAlgo.make_texture(oiio.MakeTxTexture, source, str(path), config), oiio.geterror()
-    read = oiio.ImageInput.open(str(path))
-    assert read is not None
+    read = known(oiio.ImageInput.open(str(path)))
     assert read.seek_subimage(0, 1)
     read.close()
     image = read_exr(path, "xyz")

@@ -24,6 +24,7 @@ from stimuli.build import StimulusSet, build_set, export_exr
 from stimuli.pictures import Region, StereoImage
 from stimuli.pictures.coded import decoded
 from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, embedded_encoding, named_encoding
+from tests.kept import known
 from tests.stimuli.oiio_files import save_picture
 
 Array = NDArray[Any]
@@ -40,8 +41,7 @@ def save_oiio(path: Path, values: Array, kind: str, **attributes: object) -> Pat
     spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
     for name, value in attributes.items():
         spec.attribute(name, value)
-    output = oiio.ImageOutput.create(str(path))
-    assert output is not None
+    output = known(oiio.ImageOutput.create(str(path)))
     assert output.open(str(path), spec)
     assert output.write_image(values)
     output.close()
@@ -146,8 +146,7 @@ def test_exif_orientation(tmp_path: Path, orientation: int, suffix: str) -> None
         save_picture(file, codes, kind="uint8", Orientation=orientation)
         Image.fromarray(codes).save(tmp_path / "b.png", exif=exif)
         turned = ImageOps.exif_transpose(Image.open(tmp_path / "b.png"))
-    assert turned is not None
-    np.testing.assert_allclose(read(tmp_path, file).left, srgb_xyz(np.asarray(turned)), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(read(tmp_path, file).left, srgb_xyz(np.asarray(known(turned))), rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize(

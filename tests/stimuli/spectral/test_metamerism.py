@@ -32,6 +32,7 @@ from stimuli.measures import ViewingConditions
 from stimuli.pictures import StereoImage, read_exr, write_exr
 from stimuli.recipes import DisplaySetup
 from stimuli.spectral import SpectralOptions, convert_spectral, metamerism_of_files
+from tests.kept import known
 from tests.stimuli.spectral.pictures import save_envi
 
 # Observer metamerism: the differences are those of an independent computation, and arise where they must.
@@ -122,8 +123,7 @@ def test_the_screen_comes_from_readings_with_spectra() -> None:
     with pytest.raises(DeviceError, match=r"d\.csv: .* no spectra"):
         screen_spectra(Measurements(readings.codes, readings.XYZ), "d.csv")
     assert "black was not read" in screen_spectra(readings.select([1, 2, 3])).notes[0]
-    assert readings.spectra is not None
-    bright = np.array(readings.spectra)
+    bright = np.array(known(readings.spectra))
     bright[4] *= 1.2
     more = Measurements(readings.codes, readings.XYZ, spectra=bright, wavelengths_nm=readings.wavelengths_nm)
     assert "not additive" in screen_spectra(more).notes[0]
@@ -243,8 +243,7 @@ REGIONS = ROOT / "configs/regions/plate.yaml"
 def _declared(file: Path) -> object:
     import OpenImageIO as oiio
 
-    picture = oiio.ImageInput.open(str(file))
-    assert picture is not None
+    picture = known(oiio.ImageInput.open(str(file)))
     return picture.spec().getattribute("colorimetricObserver")
 
 
