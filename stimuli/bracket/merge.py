@@ -26,7 +26,7 @@ from stimuli.errors import StimulusError
 
 Bools = NDArray[np.bool_]
 
-# So many that a further one changes nothing by a thousandth of the standard error: tests/stimuli/bracket/test_bracket.py.
+# So many that a further one changes nothing by a thousandth of the standard error, as test_bracket.py shows.
 _ROUNDS = 3
 _CENSORED_ROUNDS = 5
 # Photosites worked on at a time: their values of all exposures stay in the processor's cache.
