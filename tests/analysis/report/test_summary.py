@@ -430,9 +430,9 @@ ANAGLYPH = {"mode": "anaglyph-red-cyan"}
 
 
 @pytest.fixture
-def seen_make_session(seen_make_session: Maker) -> Maker:
+def make_small(make_session: Maker) -> Maker:
     """As elsewhere, with two stimuli and two answers: what is said of screens does not depend on them."""
-    return partial(seen_make_session, names="ab", answers=[("a", "b"), ("b", "a")])
+    return partial(make_session, names="ab", answers=[("a", "b"), ("b", "a")])
 
 
 def _text(report: Report, key: str) -> str:
@@ -462,10 +462,10 @@ def _stimuli(session: SessionLog, **more: Any) -> tuple[dict[str, Any], ...]:
     return tuple({**one.given(), **more} for one in session.header.stimuli)
 
 
-def test_an_old_log_of_an_anaglyph_says_that_the_cost_of_filters_is_not_recorded(seen_make_session: Maker) -> None:
+def test_an_old_log_of_an_anaglyph_says_that_the_cost_of_filters_is_not_recorded(make_small: Maker) -> None:
     measured = {"source": "measured 2015", "characterised_as": "anaglyph-red-cyan"}
     white = {"white_XYZ_cd_m2": {eye: [95.0, 100.0, 108.0] for eye in ("left", "right")}}
-    report = describe([seen_make_session(display={**ANAGLYPH, **measured, **white})])
+    report = describe([make_small(display={**ANAGLYPH, **measured, **white})])
     (seen,) = what_eyes_saw(report.sessions)
     assert seen.has_filters
     assert (seen.filters, seen.filters_are, seen.white_cd_m2, seen.surround_cd_m2) == (None, None, None, None)
@@ -476,34 +476,34 @@ def test_an_old_log_of_an_anaglyph_says_that_the_cost_of_filters_is_not_recorded
     assert "at the eye" not in _text(report, "methods")
 
 
-def test_an_old_log_of_another_mode_keeps_its_caption(seen_make_session: Maker) -> None:
-    report = describe([seen_make_session()])
+def test_an_old_log_of_another_mode_keeps_its_caption(make_small: Maker) -> None:
+    report = describe([make_small()])
     assert "As the display showed them to each eye" in _text(report, "stimuli")
     assert "filter" not in _text(report, "seen")
     assert not any("filter" in note for note in report.notes)
 
 
-def test_a_log_without_a_mode_is_said_to_have_none(seen_make_session: Maker) -> None:
-    assert "Stereo mode: Not recorded." in _text(describe([seen_make_session(display={})]), "seen")
+def test_a_log_without_a_mode_is_said_to_have_none(make_small: Maker) -> None:
+    assert "Stereo mode: Not recorded." in _text(describe([make_small(display={})]), "seen")
 
 
 @pytest.mark.parametrize(
     ("mode", "pixels"),
     [("row-interleaved", "every second row"), *nightly(("side-by-side-half", "the mean of every two columns"))],
 )
-def test_half_of_the_pixels_is_said_where_an_eye_has_no_more(seen_make_session: Maker, mode: str, pixels: str) -> None:
-    report = describe([seen_make_session(display={"mode": mode})])
+def test_half_of_the_pixels_is_said_where_an_eye_has_no_more(make_small: Maker, mode: str, pixels: str) -> None:
+    report = describe([make_small(display={"mode": mode})])
     for key in ("stimuli", "seen", "methods"):
         assert f"{pixels} of its view" in _text(report, key)
     assert "As the display showed" not in _text(report, "stimuli")
 
 
-def test_two_modes_are_told_apart(seen_make_session: Maker) -> None:
-    stimuli = _stimuli(seen_make_session(), clipping={"left": _filtered(3.0), "right": _filtered(5.0)})
+def test_two_modes_are_told_apart(make_small: Maker) -> None:
+    stimuli = _stimuli(make_small(), clipping={"left": _filtered(3.0), "right": _filtered(5.0)})
     people = [
-        seen_make_session("01"),
-        seen_make_session("02", display=ANAGLYPH, stimuli=stimuli),
-        seen_make_session("03"),
+        make_small("01"),
+        make_small("02", display=ANAGLYPH, stimuli=stimuli),
+        make_small("03"),
     ]
     report = describe(people)
     assert [(seen.mode, count) for seen, count in what_eyes_saw(people).items()] == [
@@ -515,70 +515,70 @@ def test_two_modes_are_told_apart(seen_make_session: Maker) -> None:
     assert "ΔE₀₀ of 4.000" in " ".join(report.notes)
 
 
-def test_no_eye_saw_what_simulated_observers_answered(seen_make_session: Maker) -> None:
-    simulated = describe([seen_make_session(simulated=True)])
+def test_no_eye_saw_what_simulated_observers_answered(make_small: Maker) -> None:
+    simulated = describe([make_small(simulated=True)])
     for key in ("seen", "methods"):
         assert "no eye saw anything" in _text(simulated, key)
     assert "would have shown" in _text(simulated, "stimuli")
-    person = describe([seen_make_session()])
+    person = describe([make_small()])
     assert "no eye" not in _text(person, "seen") + _text(person, "methods")
 
 
-def test_a_nominal_display_is_one_of_its_standard_whatever_glasses_take(seen_make_session: Maker) -> None:
+def test_a_nominal_display_is_one_of_its_standard_whatever_glasses_take(make_small: Maker) -> None:
     display = {"mode": "row-interleaved", "nominal": {"kind": "srgb", "words": "sRGB"}, "glasses": "polarised"}
-    report = describe([seen_make_session(display=display)])
+    report = describe([make_small(display=display)])
     assert "nominal, not measured (sRGB)" in _text(report, "seen")
     assert "polarised glasses take" in _text(report, "seen")
 
 
 @pytest.mark.parametrize("measured_in", ["side-by-side", "row-interleaved"])
-def test_methods_say_where_a_display_was_measured_in_another_mode(seen_make_session: Maker, measured_in: str) -> None:
+def test_methods_say_where_a_display_was_measured_in_another_mode(make_small: Maker, measured_in: str) -> None:
     display = {"mode": "row-interleaved", "characterised_as": measured_in, "source": "measured"}
-    said = "not characterised in the mode" in _text(describe([seen_make_session(display=display)]), "methods")
+    said = "not characterised in the mode" in _text(describe([make_small(display=display)]), "methods")
     assert said is (measured_in == "side-by-side")
 
 
-def test_what_changed_when_a_session_was_resumed_is_said(seen_make_session: Maker) -> None:
+def test_what_changed_when_a_session_was_resumed_is_said(make_small: Maker) -> None:
     stop = Resumption(utc="2026-01-02T05:00:00Z", accepted_changes={"rig": Change(before="a", now="b")})
-    resumed = replace(seen_make_session("01"), resumptions=(stop,))
-    report = describe([resumed, seen_make_session("02")])
+    resumed = replace(make_small("01"), resumptions=(stop,))
+    report = describe([resumed, make_small("02")])
     assert [(seen.changed, count) for seen, count in what_eyes_saw(report.sessions).items()] == [(("rig",), 1), ((), 1)]
     assert "The rig changed" in _text(report, "seen")
     assert any("rig changed" in note for note in report.notes)
-    assert not any("changed" in note for note in describe([seen_make_session("02")]).notes)
+    assert not any("changed" in note for note in describe([make_small("02")]).notes)
 
 
-def test_a_display_without_stereo_has_no_crosstalk(seen_make_session: Maker) -> None:
-    flat = describe([seen_make_session(display={"mode": "flat", "crosstalk_cancelled": False})])
+def test_a_display_without_stereo_has_no_crosstalk(make_small: Maker) -> None:
+    flat = describe([make_small(display={"mode": "flat", "crosstalk_cancelled": False})])
     assert "Crosstalk" not in _text(flat, "methods")
-    stereo = describe([seen_make_session(display={"mode": "side-by-side", "crosstalk_cancelled": False})])
+    stereo = describe([make_small(display={"mode": "side-by-side", "crosstalk_cancelled": False})])
     assert "Crosstalk" in _text(stereo, "methods")
 
 
-def test_light_that_evenness_and_cancelling_crosstalk_take_is_said(seen_make_session: Maker) -> None:
-    stimuli = _stimuli(seen_make_session(), clipping={"left": clip_cost(1.0), "crosstalk": {"lift_share": 0.05}})
-    even = describe([seen_make_session(display={"mode": "side-by-side", "gain_map_delivers": 0.83}, stimuli=stimuli)])
+def test_light_that_evenness_and_cancelling_crosstalk_take_is_said(make_small: Maker) -> None:
+    stimuli = _stimuli(make_small(), clipping={"left": clip_cost(1.0), "crosstalk": {"lift_share": 0.05}})
+    even = describe([make_small(display={"mode": "side-by-side", "gain_map_delivers": 0.83}, stimuli=stimuli)])
     for key in ("seen", "methods"):
         assert "83.0 % of their luminance" in _text(even, key)
         assert "lifted by 5.00 % of white" in _text(even, key)
-    as_asked = describe([seen_make_session(display={"mode": "side-by-side", "gain_map_delivers": 1.0})])
+    as_asked = describe([make_small(display={"mode": "side-by-side", "gain_map_delivers": 1.0})])
     assert "luminance," not in _text(as_asked, "seen")
 
 
-def test_costs_that_one_session_did_not_come_to_are_taken_from_another(seen_make_session: Maker) -> None:
-    whole = seen_make_session("01")
-    stopped = seen_make_session("02", stimuli=_stimuli(whole, clipping=None))
+def test_costs_that_one_session_did_not_come_to_are_taken_from_another(make_small: Maker) -> None:
+    whole = make_small("01")
+    stopped = make_small("02", stimuli=_stimuli(whole, clipping=None))
     (seen,) = what_eyes_saw([stopped, whole])
     assert seen == Seen.of(whole)
     assert known(seen.clipping).largest == 25.0
     assert Seen.of(stopped).clipping is None
 
 
-def test_sizes_are_those_of_the_smallest_and_the_largest_picture(seen_make_session: Maker) -> None:
-    stimuli = _stimuli(seen_make_session(), size_px=[400, 300], resampled="resample (area)")
+def test_sizes_are_those_of_the_smallest_and_the_largest_picture(make_small: Maker) -> None:
+    stimuli = _stimuli(make_small(), size_px=[400, 300], resampled="resample (area)")
     stimuli[0].update(size_px=[200, 150], resampled=None)
     panel = {"mode": "flat", "panel": {"pixel_pitch_mm": 0.25}, "distance_mm": 600.0}
-    values = Seen.of(seen_make_session(display=panel, stimuli=stimuli)).to_json()
+    values = Seen.of(make_small(display=panel, stimuli=stimuli)).to_json()
     assert (values["smallest_width_px"], values["largest_height_px"]) == (200, 300)
     assert values["largest_width_deg"] == pytest.approx(9.53, abs=0.005)
     assert values["resampled"] == "none, resample (area)"
