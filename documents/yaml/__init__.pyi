@@ -1,3 +1,4 @@
+from .by_kind import ByKind as ByKind
 from .described import described_schema as described_schema
 from .load import KIND_BY_KEY as KIND_BY_KEY
 from .load import OneOf as OneOf

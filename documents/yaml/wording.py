@@ -92,6 +92,8 @@ class _Fault:
             return self._missing()
         if self.kind in ("union_tag_invalid", "union_tag_not_found"):
             return self._kind_of_entry()
+        if self.kind == "extension":
+            return self.source.finding((*self.path, "kind"), self.words, self.context["remedy"])
         if self.value is None:
             return self._found(
                 "has no value", self._instead() + ("" if self._must_stand() else ", or leave the key out")

@@ -3,6 +3,7 @@ from .block import Block as Block
 from .block import BlockKind as BlockKind
 from .block import Draft as Draft
 from .block import Response as Response
+from .registry import BLOCKS as BLOCKS
 from .registry import AnyBlock as AnyBlock
 from .setting import Draw as Draw
 from .setting import Setting as Setting

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -13,12 +13,10 @@ from documents.yaml import Natural, Strict
 from runner.blocks.block import Block, BlockKind, Draft, Fault, Hold, Response, Steps, answer
 from runner.blocks.interface import ENGLISH
 from runner.blocks.message import PAGES, page
+from runner.blocks.registry import AnyBlock
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
 from runner.ports import Choose, ChooseBatch
-
-if TYPE_CHECKING:
-    AnyBlock: TypeAlias = BlockKind  # any kind in `runner.blocks.registry`, which sets it
 
 Feedback = Literal["none", "correctness", "choice"]
 _FEEDBACK_S = 2.0

@@ -1,39 +1,32 @@
 """The kinds of block: what can stand under `blocks:` in an experiment file.
 
-A new kind is a file of its own in this folder, with a `BlockKind`, which is its entry in experiment files and runs it,
-and a line here. `docs/blocks.md` says how; `tests/runner/every_kind.py` needs an example of it.
+A kind is a file of its own with a `BlockKind`, which is its entry in experiment files and runs it: ours are named here,
+those of other packages in their entry points (`docs/extend.md`). What it records is of a kind in `analysis.kinds`.
 """
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from documents.extensions import Registry, of_base
+from documents.yaml import ByKind
+from runner.blocks.block import BlockKind
 
-from runner.blocks.active_pairs import ActivePairs
-from runner.blocks.all_pairs import AllPairs
-from runner.blocks.best_of_series import BestOfSeries
-from runner.blocks.message import Break, Instructions
-from runner.blocks.practice import Practice
-from runner.blocks.preference import Preference
-from runner.blocks.questionnaire import Questionnaire
-from runner.blocks.rating import Rating
-from runner.blocks.screening.block import Screening
-from runner.blocks.threshold import Threshold
-
-AnyBlock = Annotated[
-    Instructions
-    | Break
-    | ActivePairs
-    | AllPairs
-    | BestOfSeries
-    | Rating
-    | Preference
-    | Threshold
-    | Screening
-    | Questionnaire
-    | Practice,
-    Field(discriminator="kind"),
-]
-# A practice holds a block of any kind.
-Practice.model_rebuild(_types_namespace={"AnyBlock": AnyBlock})
+BLOCKS: Registry[type[BlockKind]] = Registry(
+    "cyclopean.blocks",
+    {
+        "instructions": "runner.blocks.message:Instructions",
+        "break": "runner.blocks.message:Break",
+        "active_pairs": "runner.blocks.active_pairs:ActivePairs",
+        "all_pairs": "runner.blocks.all_pairs:AllPairs",
+        "best_of_series": "runner.blocks.best_of_series:BestOfSeries",
+        "rating": "runner.blocks.rating:Rating",
+        "preference": "runner.blocks.preference:Preference",
+        "threshold": "runner.blocks.threshold:Threshold",
+        "screening": "runner.blocks.screening.block:Screening",
+        "questionnaire": "runner.blocks.questionnaire:Questionnaire",
+        "practice": "runner.blocks.practice:Practice",
+    },
+    of_base(BlockKind),
+)
+AnyBlock = Annotated[BlockKind, ByKind(BLOCKS)]

@@ -1,0 +1,284 @@
+"""What other packages add: kinds by name, from entry points, loaded when a file or a command names them.
+
+A package offers a kind in the ``pyproject.toml`` of its own, as an entry point of one of our groups::
+
+    [project.entry-points."cyclopean.blocks"]
+    same_or_different = "same_or_different.block:SameOrDifferent"
+
+and says in its ``__init__.py`` for which interface it was written: ``CYCLOPEAN_INTERFACE = 1``. A `Registry` holds the
+kinds of one group: our own, and those. Environments are looked through only for a name that is not known yet, which
+takes a tenth of a second, and by what lists all; what was found is kept in the user's cache.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import json
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Generic, TypeVar, get_args
+
+from pydantic import BaseModel
+
+from documents.files.atomic import write_whole
+from documents.files.cached_json import read_cached_json
+from documents.findings import Finding, InputError
+from documents.platform import user_folder
+
+INTERFACE = 1
+"""The version of the interface: it rises when what extensions stand on changes so that old ones would fail."""
+
+OWN = "cyclopean"
+_DECLARED = "CYCLOPEAN_INTERFACE"
+
+Kind = TypeVar("Kind")
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """What a package offers: a ``name`` in a ``group``, at ``target`` (``module:attribute``)."""
+
+    group: str
+    name: str
+    target: str
+    package: str
+    version: str
+
+    def __str__(self) -> str:
+        return f"{self.package} {self.version}"
+
+
+class ExtensionError(InputError):
+    """An extension that cannot be used: it does not load, is of another interface, or claims a name that is taken."""
+
+    def __init__(self, offer: Offer, what: str, remedy: str | None = None) -> None:
+        message = f"the extension {offer} cannot give '{offer.name}' ({offer.group}): {what}"
+        remedy = remedy or f"mend it, or leave it out: pip uninstall {offer.package}"
+        super().__init__(Finding(message, remedy=remedy, code="extension"))
+
+
+class Environment:
+    """What the packages of an environment offer: what is in the cache, and, for a name that is not there, all there is.
+
+    Parameters
+    ----------
+    path
+        The folders that packages are looked for in; those of Python unless they are given.
+    """
+
+    def __init__(self, path: Sequence[str] | None = None) -> None:
+        self._path = path
+
+    @cached_property
+    def _file(self) -> Path:
+        folders = sys.path if self._path is None else self._path
+        where = hashlib.sha256("\0".join([sys.prefix, __file__, *folders]).encode()).hexdigest()[:16]
+        return user_folder("cache") / OWN / f"extensions-{where}.json"
+
+    @cached_property
+    def _kept(self) -> tuple[Offer, ...]:
+        held = read_cached_json(self._file)
+        with suppress(TypeError):
+            return tuple(Offer(**each) for each in held)
+        return ()
+
+    @cached_property
+    def _scanned(self) -> tuple[Offer, ...]:
+        return self.scan()
+
+    def scan(self) -> tuple[Offer, ...]:
+        """Look through the environment, and keep what was found."""
+        from importlib.metadata import Distribution, distributions
+
+        packages: dict[str, Distribution] = {}
+        for each in distributions() if self._path is None else distributions(path=list(self._path)):
+            packages.setdefault(each.name, each)  # the first one of a name is the one that is imported
+        found = tuple(
+            Offer(point.group, point.name, point.value, name, each.version)
+            for name, each in sorted(packages.items())
+            for point in each.entry_points
+            if point.group.startswith(f"{OWN}.")
+        )
+        if found != self._kept:
+            with suppress(OSError, InputError):
+                self._file.parent.mkdir(parents=True, exist_ok=True)
+                write_whole(self._file, json.dumps([asdict(offer) for offer in found]))
+        self._scanned = self._kept = found
+        return found
+
+    def all(self, group: str) -> list[Offer]:
+        """Return the offers of a group."""
+        return [offer for offer in self._scanned if offer.group == group]
+
+    def named(self, group: str, name: str) -> list[Offer]:
+        """Return the offers of a name; from the cache where it is there."""
+
+        def of(offers: tuple[Offer, ...]) -> list[Offer]:
+            return [offer for offer in offers if (offer.group, offer.name) == (group, name)]
+
+        return of(self._kept) or of(self._scanned)
+
+    def again(self, offer: Offer) -> Offer | None:
+        """Return what offers the same name now, the cache being out of date; None where nothing does."""
+        self.scan()
+        return next(iter(self.named(offer.group, offer.name)), None)
+
+
+ENVIRONMENT = Environment()
+
+
+class Registry(Generic[Kind]):
+    """The kinds of one group by name: our own, and those that other packages offer.
+
+    Parameters
+    ----------
+    group
+        The group of entry points, such as ``cyclopean.blocks``.
+    own
+        Where each of our own kinds is, ``module:attribute``, by name; loaded when it is asked for.
+    fits
+        Says what is wrong with a kind of a name that an extension offers; None where nothing is.
+    environment
+        Where other packages are; that of this program unless it is given.
+    """
+
+    def __init__(
+        self,
+        group: str,
+        own: Mapping[str, str],
+        fits: Callable[[str, Any], str | None],
+        environment: Environment | None = None,
+    ) -> None:
+        self.group, self._own, self._fits = group, dict(own), fits
+        self._environment = environment or ENVIRONMENT
+        self._loaded: dict[str, Kind] = {}
+
+    def own(self) -> tuple[str, ...]:
+        """Return the names of our own kinds."""
+        return tuple(self._own)
+
+    def names(self) -> tuple[str, ...]:
+        """Return all names, our own first; looks through the environment. What cannot be used is left out."""
+        usable = []
+        for name in sorted({offer.name for offer in self._environment.all(self.group)} - set(self._own)):
+            with suppress(ExtensionError):
+                self.find(name)
+                usable.append(name)
+        return (*self._own, *usable)
+
+    def find(self, name: str) -> Kind | None:
+        """Return the kind of that name, loaded; None where nobody offers it.
+
+        Raises
+        ------
+        ExtensionError
+            If who offers it cannot be used, or several do.
+        """
+        if name not in self._loaded:
+            if name in self._own:
+                self._loaded[name] = _attribute(self._own[name])
+            elif offer := self.offer(name):
+                self._loaded[name] = self._load(offer)
+        return self._loaded.get(name)
+
+    def __getitem__(self, name: str) -> Kind:
+        """Return the kind of a name that is known to be one.
+
+        Raises
+        ------
+        KeyError
+            If nobody offers it.
+        """
+        if (kind := self.find(name)) is None:
+            raise KeyError(name)
+        return kind
+
+    def offer(self, name: str) -> Offer | None:
+        """Return who offers a name that is not our own; None where nobody does.
+
+        Raises
+        ------
+        ExtensionError
+            If several packages offer it.
+        """
+        if name in self._own:
+            return None
+        offers = self._environment.named(self.group, name)
+        if len(offers) > 1:
+            raise ExtensionError(offers[0], f"{offers[1]} offers the same name", f"pip uninstall {offers[1].package}")
+        return offers[0] if offers else None
+
+    def problems(self) -> Iterator[ExtensionError]:
+        """Yield what is wrong with each name that is offered in the environment, also where it is one of ours."""
+        for offer in {offer.name: offer for offer in self._environment.all(self.group)}.values():
+            try:
+                if offer.name in self._own:
+                    raise ExtensionError(offer, "cyclopean has a kind of that name itself, which is used")
+                self.find(offer.name)
+            except ExtensionError as problem:
+                yield problem
+
+    def _load(self, offer: Offer) -> Kind:
+        module, _, attribute = offer.target.partition(":")
+        try:
+            kind: Kind = _attribute(offer.target)
+        except Exception as error:
+            # What is out of date in the cache is looked up again, once.
+            if (now := self._environment.again(offer)) != offer:
+                if now is None:
+                    raise ExtensionError(offer, "it is not installed any more") from None
+                return self._load(now)
+            said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+            raise ExtensionError(offer, f"{module} does not load ({said})") from error
+        if offer.package != OWN:
+            declared = getattr(sys.modules.get(module.partition(".")[0]), _DECLARED, None)
+            if declared != INTERFACE:
+                raise ExtensionError(offer, *_other_interface(module.partition(".")[0], declared))
+        if wrong := self._fits(offer.name, kind):
+            raise ExtensionError(offer, f"{attribute} of {module} {wrong}")
+        return kind
+
+
+def of_base(base: type[BaseModel]) -> Callable[[str, Any], str | None]:
+    """Return what says whether a kind is a model of ``base`` whose key ``kind`` is the name that it is offered by."""
+
+    def wrong(name: str, kind: Any) -> str | None:
+        if not (isinstance(kind, type) and issubclass(kind, base)):
+            return f"is no {base.__name__}"
+        own = get_args(kind.model_fields["kind"].annotation)
+        return None if own == (name,) else f"names its kind {' or '.join(map(str, own)) or 'nothing'}, not {name}"
+
+    return wrong
+
+
+def installed() -> tuple[Offer, ...]:
+    """Return what other packages of this environment offer, looked through anew."""
+    return tuple(offer for offer in ENVIRONMENT.scan() if offer.package != OWN)
+
+
+def version_of(offer: Offer) -> str:
+    """Return the version that is installed now; the cache's may be that of before an upgrade."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(offer.package)
+    except PackageNotFoundError:
+        return offer.version
+
+
+def _other_interface(package: str, declared: object) -> tuple[str, str]:
+    if declared is None:
+        return f"{package} does not say for which interface it was written", f"add {_DECLARED} = {INTERFACE} to it"
+    newer = isinstance(declared, int) and declared > INTERFACE
+    remedy = "install a newer cyclopean" if newer else f"install a version of it for interface {INTERFACE}"
+    return f"it was written for interface {declared}, and this is {INTERFACE}", remedy
+
+
+def _attribute(target: str) -> Any:
+    module, _, attribute = target.partition(":")
+    return getattr(importlib.import_module(module), attribute)

@@ -1,0 +1,144 @@
+"""Kinds that other packages offer: found, kept, loaded when they are asked for, and refused alone where they fail."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+from documents import Strict
+from documents.extensions import Environment, ExtensionError, Registry, of_base
+
+GROUP = "cyclopean.things"
+Install = Callable[..., None]
+
+
+class Thing(Strict):
+    kind: str
+
+
+class Cup(Thing):
+    kind: Literal["cup"]
+
+
+SOUND = """
+CYCLOPEAN_INTERFACE = 1
+from typing import Literal
+from documents import Strict
+from tests.documents.test_extensions import Thing
+
+class Jug(Thing):
+    kind: Literal["jug"]
+"""
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Put packages of one module beside Python's own, each with what it offers."""
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    before = set(sys.modules)
+
+    def put(package: str, text: str, version: str = "1.0", **offers: str) -> None:
+        facts = tmp_path / "site" / f"{package}-0.dist-info"
+        facts.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "site" / f"{package}.py").write_text(text)
+        (facts / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: {version}\n")
+        lines = [f"{name} = {package}:{attribute}" for name, attribute in offers.items()]
+        (facts / "entry_points.txt").write_text("\n".join([f"[{GROUP}]", *lines]))
+        importlib.invalidate_caches()
+
+    yield put
+    for name in set(sys.modules) - before:
+        del sys.modules[name]
+
+
+def _registry(tmp_path: Path) -> Registry[type[Thing]]:
+    own = {"cup": f"{__name__}:Cup"}
+    return Registry(GROUP, own, of_base(Thing), Environment([str(tmp_path / "site")]))
+
+
+def test_a_kind_of_another_package_is_as_good_as_ours(install: Install, tmp_path: Path) -> None:
+    install("pottery", SOUND, "2.1", jug="Jug")
+    things = _registry(tmp_path)
+    assert things.names() == ("cup", "jug")
+    assert things["cup"] is Cup
+    assert things["jug"](kind="jug").kind == "jug"
+    offer = things.offer("jug")
+    assert offer is not None
+    assert (offer.package, offer.version) == ("pottery", "2.1")
+    assert things.find("bowl") is None
+
+
+def test_only_an_unknown_name_looks_through_the_environment(install: Install, tmp_path: Path) -> None:
+    install("pottery", SOUND, jug="Jug")
+    assert _registry(tmp_path).find("jug") is not None
+
+    class Blind(Environment):
+        def scan(self) -> tuple[()]:
+            raise AssertionError("looked through the environment")
+
+    things = Registry(GROUP, {"cup": f"{__name__}:Cup"}, of_base(Thing), Blind([str(tmp_path / "site")]))
+    assert things.find("cup") is Cup
+    assert things.find("jug") is not None
+    with pytest.raises(AssertionError):
+        things.find("bowl")
+
+
+def test_what_the_cache_says_is_looked_up_again_where_it_is_out_of_date(install: Install, tmp_path: Path) -> None:
+    install("pottery", SOUND, jug="Jug")
+    _registry(tmp_path).find("jug")
+    install("pottery", SOUND.replace("Jug", "Pitcher"), "2.0", jug="Pitcher")
+    sys.modules.pop("pottery")
+    assert _registry(tmp_path)["jug"].__name__ == "Pitcher"
+    for file in (tmp_path / "site").rglob("*"):
+        if file.is_file():
+            file.unlink()
+    sys.modules.pop("pottery")
+    importlib.invalidate_caches()
+    with pytest.raises(ExtensionError):
+        _registry(tmp_path).find("jug")
+    assert _registry(tmp_path).find("jug") is None
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("raise OSError('no such table')", "OSError: no such table"),
+        (SOUND.replace("CYCLOPEAN_INTERFACE = 1", ""), "does not say"),
+        (SOUND.replace("INTERFACE = 1", "INTERFACE = 99"), "interface 99"),
+        (SOUND.replace("Jug(Thing)", "Jug(Strict)"), "Thing"),
+        (SOUND.replace('"jug"', '"mug"'), "mug"),
+        ("CYCLOPEAN_INTERFACE = 1", "Jug"),
+    ],
+    ids=["raises", "no interface", "another interface", "no such kind", "another name", "nothing there"],
+)
+def test_one_that_cannot_be_used_costs_nobody_else_anything(
+    text: str, said: str, install: Install, tmp_path: Path
+) -> None:
+    install("broken", text, jug="Jug")
+    install("pottery", SOUND.replace("jug", "bowl").replace("Jug", "Bowl"), bowl="Bowl")
+    things = _registry(tmp_path)
+    with pytest.raises(ExtensionError) as raised:
+        things.find("jug")
+    assert raised.value.findings[0].code == "extension"
+    assert "broken 1.0" in raised.value.findings[0].message
+    assert said in raised.value.findings[0].message
+    assert things.names() == ("cup", "bowl")
+    assert len(list(things.problems())) == 1
+
+
+def test_a_name_that_is_taken_is_refused(install: Install, tmp_path: Path) -> None:
+    install("pottery", SOUND, jug="Jug")
+    install("rival", SOUND, jug="Jug")
+    install("shadow", SOUND.replace("jug", "cup"), cup="Jug")
+    things = _registry(tmp_path)
+    with pytest.raises(ExtensionError):
+        things.find("jug")
+    assert things["cup"] is Cup
+    assert things.names() == ("cup",)
+    assert [problem.findings[0].message.split()[2] for problem in things.problems()] == ["pottery", "shadow"]
