@@ -6,7 +6,6 @@ import importlib
 import re
 import shlex
 from pathlib import Path
-from typing import get_args
 
 import click
 import pytest
@@ -90,6 +89,7 @@ _FILE = re.compile(
     r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean|configs|experiments|tests|benchmarks|examples|docs|tools)"
     r"/[\w./-]*\w"
 )
+_GROUPS = {BLOCKS.group}  # of entry points
 _LINK = re.compile(r"\]\(([^)#\s]*)(#[^)\s]*)?\)")
 # Made by a benchmark, in the cache folder of the user, and in a wheel only.
 _NOT_HERE = ("benchmarks/out", "cyclopean/stimuli", "runner/shipped")
@@ -121,7 +121,7 @@ def _wrong_names(text: str) -> list[str]:
     """Return the dotted names between backticks that do not exist."""
     code = " ".join(re.findall(r"`([^`\n]+)`", text))
     names = {name for name in _NAME.findall(code) if not name.endswith((".py", ".md", ".yaml", ".json"))}
-    return sorted(name for name in names if not _exists(name))
+    return sorted(name for name in names - _GROUPS if not _exists(name))
 
 
 @pytest.mark.parametrize("page", NAMES_PAGES, ids=lambda page: str(page.relative_to(ROOT)))
