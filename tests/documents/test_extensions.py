@@ -82,7 +82,9 @@ def test_only_an_unknown_name_looks_through_the_environment(install: Install, tm
         def scan(self) -> tuple[()]:
             raise AssertionError("looked through the environment")
 
-    things = Registry(GROUP, {"cup": f"{__name__}:Cup"}, of_base(Thing), Blind([str(tmp_path / "site")]))
+    things: Registry[type[Thing]] = Registry(
+        GROUP, {"cup": f"{__name__}:Cup"}, of_base(Thing), Blind([str(tmp_path / "site")])
+    )
     assert things.find("cup") is Cup
     assert things.find("jug") is not None
     with pytest.raises(AssertionError):
