@@ -18,9 +18,9 @@ from scipy.special import ndtr
 
 from documents.arrays import Floats, Floats32
 from stimuli.align.homography import mapped
-from stimuli.comparison.luminance import Views
+from stimuli.comparison.binocular import measure_binocular
+from stimuli.comparison.eye_identity import ViewPair
 from stimuli.comparison.registering import align
-from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.pictures.rows import RowFile
 
 SIZE = sized((900, 700), (300, 240))
@@ -72,20 +72,20 @@ def depth() -> list[Row]:
     return rows
 
 
-def _scale_by_squares(photo: Views, rendering: Views, everywhere: NDArray[np.bool_]) -> float:
-    return measure_two_eyes(photo, rendering, everywhere, ~everywhere).measures["depth scale"].rendering
+def _scale_by_squares(photo: ViewPair, rendering: ViewPair, everywhere: NDArray[np.bool_]) -> float:
+    return measure_binocular(photo, rendering, everywhere, ~everywhere).measures["depth scale"].rendering
 
 
-def _scale_by_sgbm(photo: Views, rendering: Views) -> float:
+def _scale_by_sgbm(photo: ViewPair, rendering: ViewPair) -> float:
     """Return the slope of dense disparities by least squares, where both are known."""
     matcher = cv2.StereoSGBM.create(-16, 32, 7, 8 * 49, 32 * 49, 1, 0, 10, 50, 2)
     # OpenCV counts disparities from right to left.
-    found = [-matcher.compute(_byte(pair.left), _byte(pair.right)) / 16.0 for pair in (photo, rendering)]
+    found = [-matcher.compute(_byte(pair[0]), _byte(pair[1])) / 16.0 for pair in (photo, rendering)]
     known = (np.abs(found[0]) < 15) & (np.abs(found[1]) < 15)
     return float(np.polyfit(found[0][known], found[1][known], 1)[0])
 
 
-def _relief(shape: tuple[int, int], base: float, noise: float) -> Views:
+def _relief(shape: tuple[int, int], base: float, noise: float) -> ViewPair:
     """Return a textured scene with waves of depth, of 3 px of disparity."""
     height, width = shape
     rng = np.random.default_rng(3)
@@ -96,7 +96,7 @@ def _relief(shape: tuple[int, int], base: float, noise: float) -> Views:
     views = [map_coordinates(light, [y, x + 40 + side * moved], order=3) for side in (0.5, -0.5)]
     draw = np.random.default_rng(round(10 * base))
     left, right = (np.asarray(v * (1 + noise * draw.standard_normal(shape)), dtype=np.float32) for v in views)
-    return Views(left, right)
+    return left, right
 
 
 def _found(method: str, one: Floats32, two: Floats32, files: tuple[RowFile, RowFile]) -> Floats | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cyclopean.result import Result
+from documents.options import made, taking
+from runner.reports import ComparisonOptions
 
 if TYPE_CHECKING:
     from devices.characterise import DisplayFit
@@ -257,26 +258,20 @@ def delta_e(first: ArrayLike, second: ArrayLike, white: ArrayLike) -> NDArray[np
     return delta_e_2000(xyz_to_lab(first, white), xyz_to_lab(second, white))
 
 
-def compare(
-    photo: str | Path,
-    rendering: str | Path,
-    regions: str | Path,
-    *,
-    rig: str | Path | None = None,
-    measures: Sequence[str] = (),
-) -> Result[Comparison]:
-    """Compare a photograph with its rendering, and say whether the rendering is validated.
+@taking(ComparisonOptions, "viewing")
+def compare(photo: str | Path, rendering: str | Path, regions: str | Path, **options: Any) -> Result[Comparison]:
+    """Compare a photograph with its rendering, as `cyclopean compare` does and with the same options.
 
     Parameters
     ----------
     photo, rendering
-        OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, or spectral pictures.
+        OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, spectral pictures, or, with ``colour_space`` and
+        ``picture_white_cd_m2``, pictures such as PNG and JPEG.
     regions
         A regions file: what is compared, and the limits.
-    rig
-        The rig on which the pictures are seen; without it they are not compared as the eye resolves them.
-    measures
-        Names of measures to report beside the verdict, such as ``flip``; they need the ``rig``.
+    **options
+        Those of `runner.reports.ComparisonOptions` by their names, such as ``rig="rig.yaml"``, ``measures=["flip"]`` or
+        ``page="page.html"``; without ``rig`` or ``display`` the pictures are not compared as the eye resolves them.
 
     Returns
     -------
@@ -287,16 +282,15 @@ def compare(
     Raises
     ------
     InputError
-        If a file cannot be read, the pictures cannot be brought to one grid closely enough, or a region lies outside.
+        If a file cannot be read, the pictures cannot be brought to one grid closely enough, a region lies outside, or
+        an option is unknown, out of range, or does not go with another.
+    WorkError
+        If there is no room for temporary files.
     """
-    from runner.presenter import primary_monitor
-    from runner.reports import comparison_page
-    from stimuli.comparison import CompareOptions, compare_pictures
-    from stimuli.measures import ViewingConditions
+    from runner.reports import comparison_page, report_comparison
 
-    viewing = None if rig is None else ViewingConditions.on_rig(Path(rig), ask_monitor=primary_monitor)
-    options = CompareOptions(viewing=viewing, measures=tuple(measures))
-    result = compare_pictures(Path(photo), Path(rendering), Path(regions), options)
+    asked = made(ComparisonOptions, options)
+    result = report_comparison(photo, rendering, regions, asked, asked=options).comparison
     rows: list[dict[str, Any]] = []
     for eye, one_eye in result.eyes.items():
         table = one_eye.table.to_json()

@@ -5,14 +5,17 @@ A field's name, type, default and line in the docstring are those of the option;
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import math
 import re
+import sys
+import types
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import Field, dataclass, fields, is_dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from documents.findings import Finding, InputError
 from documents.text.words import did_you_mean
@@ -81,6 +84,36 @@ def described(kind: type) -> dict[str, str]:
     return {name: " ".join(text) for name, text in told.items()}
 
 
+def type_of(kind: type[Any], field: Field[Any]) -> tuple[Typed, Any, bool]:
+    """Return what a field's annotation says of how it is typed, its type without None, and whether None is one."""
+    of: Any = _evaluated(field, dict(vars(sys.modules[kind.__module__])))
+    typed = Typed()
+    if get_origin(of) is Annotated:
+        of, *marks = get_args(of)
+        typed = next((mark for mark in marks if isinstance(mark, Typed)), typed)
+    optional = False
+    if get_origin(of) in (Union, types.UnionType):
+        optional = type(None) in get_args(of)
+        kinds = [each for each in get_args(of) if each is not type(None)]
+        of = Path if Path in kinds else kinds[0]
+    return typed, of, optional
+
+
+def _evaluated(field: Field[Any], names: dict[str, Any]) -> Any:
+    """Return a field's type; what its module does not import where the program runs may be anything."""
+    alone = types.SimpleNamespace(__annotations__={field.name: field.type})
+    try:
+        return get_type_hints(alone, names, include_extras=True)[field.name]
+    except NameError as error:
+        return _evaluated(field, names | {str(error.name): Any})
+
+
+def read_text(function: str, text: str) -> Any:
+    """Return what a function, by its full name as `Typed` has it, makes of a text."""
+    module, _, name = function.rpartition(".")
+    return getattr(importlib.import_module(module), name)(text)
+
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -115,15 +148,22 @@ def _inner(kind: type) -> dict[str, type]:
     return {one.name: one.default_factory for one in nested}  # type: ignore[misc]  # a class, as was just asked
 
 
+def option_names(kind: type) -> list[str]:
+    """Return the names of the fields of a dataclass, and in place of a field that is one itself those of its own."""
+    return [each.name for each in _parameters(kind)]
+
+
 def made(kind: type[Made], options: Mapping[str, Any]) -> Made:
     """Return ``kind`` made of ``options``, those of dataclasses in it among them; a text may stand for a path.
+
+    So it may for what the command line reads of a text, such as a camera for its file.
 
     Raises
     ------
     InputError
-        If one of them is no field of it.
+        If one of them is no field of it, or a text cannot be read.
     """
-    known = [each.name for each in _parameters(kind)]
+    known = option_names(kind)
     if unknown := next((name for name in options if name not in known), None):
         raise InputError(Finding(f"there is no option '{unknown}'", remedy=did_you_mean(unknown, known)))
     return _made(kind, options)
@@ -131,16 +171,21 @@ def made(kind: type[Made], options: Mapping[str, Any]) -> Made:
 
 def _made(kind: type[Made], options: Mapping[str, Any]) -> Made:
     values: dict[str, Any] = {name: _made(of, options) for name, of in _inner(kind).items()}
-    own = inspect.signature(kind).parameters
-    values |= {name: _as_paths(own[name].annotation, value) for name, value in options.items() if name in own}
+    values |= {each.name: _read(kind, each, options[each.name]) for each in fields(kind) if each.name in options}  # type: ignore[arg-type]  # a dataclass
     return kind(**values)
 
 
-def _as_paths(annotation: Any, value: Any) -> Any:
-    """Return a value with paths for the texts in it, where the field is of paths alone."""
-    if "Path" not in str(annotation) or "str" in str(annotation):
-        return value
-    return Path(value) if isinstance(value, str) else tuple(map(Path, value)) if isinstance(value, list) else value
+def _read(kind: type, field: Field[Any], value: Any) -> Any:
+    """Return a value with what is meant by the texts in it: paths, where the field is of paths alone."""
+    typed, of, _ = type_of(kind, field)
+    if typed.read and isinstance(value, str | Path):
+        try:
+            return read_text(typed.read, str(value))
+        except ValueError as error:
+            raise InputError(Finding(f"the option '{field.name}' is '{value}': {error}")) from None
+    if of is Path and isinstance(value, str) and "str" not in str(field.type):
+        return Path(value)
+    return tuple(map(Path, value)) if get_args(of)[:1] == (Path,) and isinstance(value, list | tuple) else value
 
 
 def _plain(annotation: Any) -> Any:

@@ -3,8 +3,8 @@ from .bracket.bracket import bracket_photographs as bracket_photographs
 from .build.recipe_to_set import build_set as build_set
 from .build.stimulus_set import StimulusSet as StimulusSet
 from .comparison.compare import compare_pictures as compare_pictures
+from .comparison.options import CompareOptions as CompareOptions
 from .comparison.regions_file import read_regions as read_regions
-from .comparison.results import CompareOptions as CompareOptions
 from .develop.photograph import develop_photographs as develop_photographs
 from .luminance.statistics import picture_statistics as picture_statistics
 from .measures.difference_map import difference_map as difference_map

@@ -6,19 +6,17 @@ Each number has a range, and none takes NaN, infinity or what nobody means.
 from __future__ import annotations
 
 import functools
-import importlib
 import math
-import sys
-import types
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, fields, is_dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, get_args, get_origin
 
 import click
 
-from documents.options import Typed, described
+from documents.options import Typed, described, read_text, type_of
 
 Command = Callable[..., Any]
 # Beyond what anything measures: said to whoever passes it, and left out of the help.
@@ -136,7 +134,7 @@ def _fields(kind: type, leave_out: Collection[str]) -> Iterator[tuple[type, Fiel
     """Yield the fields that are options, each with the dataclass that it is one of."""
     for field in fields(kind):
         if field.name not in leave_out:
-            _, of, _ = _type_of(kind, field)
+            _, of, _ = type_of(kind, field)
             yield from _fields(of, leave_out) if _is_options(of) else ((kind, field),)
 
 
@@ -149,7 +147,7 @@ def _made(kind: type, given: dict[str, Any], leave_out: Collection[str]) -> Any:
     values = {}
     for field in fields(kind):
         if field.name not in leave_out:
-            typed, of, _ = _type_of(kind, field)
+            typed, of, _ = type_of(kind, field)
             if _is_options(of):
                 values[field.name] = _made(of, given, leave_out)
             elif not typed.read:
@@ -157,17 +155,11 @@ def _made(kind: type, given: dict[str, Any], leave_out: Collection[str]) -> Any:
                 values[field.name] = None if value == () and field.default is None else value
             elif (value := given.pop(field.name)) not in (None, ()):
                 with _naming(_flags(typed, field)[0]):
-                    values[field.name] = _read(typed.read, value, get_origin(of) is Mapping)
+                    read = partial(read_text, typed.read)
+                    values[field.name] = tuple(map(read, value)) if isinstance(value, tuple) else read(value)
+                    if get_origin(of) is Mapping:  # of each text a key and a value
+                        values[field.name] = dict(values[field.name])
     return kind(**values)
-
-
-def _read(function: str, value: Any, pairs: bool) -> Any:
-    """Return what a function makes of a text, or of each of several; with ``pairs``, a key and a value of each."""
-    module, _, name = function.rpartition(".")
-    read = getattr(importlib.import_module(module), name)
-    if pairs:
-        return dict(map(read, value))
-    return tuple(map(read, value)) if isinstance(value, tuple) else read(value)
 
 
 @contextmanager
@@ -185,7 +177,7 @@ def _flags(typed: Typed, field: Field[Any]) -> list[str]:
 
 def _option(kind: type, field: Field[Any]) -> Callable[[Command], Command]:
     """Return the option of a field."""
-    typed, of, optional = _type_of(kind, field)
+    typed, of, optional = type_of(kind, field)
     required = field.default is MISSING and field.default_factory is MISSING
     default = None
     if not required and not typed.read:
@@ -226,30 +218,6 @@ def _value(typed: Typed, of: Any) -> dict[str, Any]:
     if of is float:
         return {"type": Within(max(typed.least, -_MOST), min(typed.most, _MOST), min_open=typed.above)}
     return {"type": PATH} if of is Path else {}
-
-
-def _evaluated(field: Field[Any], names: dict[str, Any]) -> Any:
-    """Return a field's type; what its module does not import where the program runs may be anything."""
-    alone = types.SimpleNamespace(__annotations__={field.name: field.type})
-    try:
-        return get_type_hints(alone, names, include_extras=True)[field.name]
-    except NameError as error:
-        return _evaluated(field, names | {str(error.name): Any})
-
-
-def _type_of(kind: type[Any], field: Field[Any]) -> tuple[Typed, Any, bool]:
-    """Return what a field's annotation says of how it is typed, its type without None, and whether None is one."""
-    of: Any = _evaluated(field, dict(vars(sys.modules[kind.__module__])))
-    typed = Typed()
-    if get_origin(of) is Annotated:
-        of, *marks = get_args(of)
-        typed = next((mark for mark in marks if isinstance(mark, Typed)), typed)
-    optional = False
-    if get_origin(of) in (Union, types.UnionType):
-        optional = type(None) in get_args(of)
-        kinds = [each for each in get_args(of) if each is not type(None)]
-        of = Path if Path in kinds else kinds[0]
-    return typed, of, optional
 
 
 def _limit_threads(context: click.Context, _: click.Parameter, number: int | None) -> None:

@@ -1,3 +1,4 @@
+from .comparison.options import ComparisonOptions as ComparisonOptions
 from .comparison.page import comparison_page as comparison_page
 from .comparison.report import report_comparison as report_comparison
 from .demo import Demo as Demo

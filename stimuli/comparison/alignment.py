@@ -5,6 +5,7 @@ Places are in pixels of the middle of a pixel, x to the right and y down; an ang
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any
@@ -13,13 +14,16 @@ import numpy as np
 
 from documents import in_threads
 from documents.arrays import Floats
-from documents.text import json_fields
+from documents.text import json_fields, significant
 from stimuli.align.homography import mapped
 from stimuli.align.warping import grid_places, warp
+from stimuli.comparison.verdict import Limits, Outcome, Reason, decimals
 from stimuli.pictures.rows import Mask, RowFile, RowsDone
 
 # Displacements below this are not worth an interpolation.
 STILL_PX = 0.02
+# A displacement that was undone is named from here on, if it is above so many of its standard errors.
+_NAMED_PX, _NAMED_Z, _NAMED_DEG = 0.02, 3.0, 0.01
 # Rows made at a time, and rows beyond those they come from: what a cubic spline looks at fades within these.
 _BAND_ROWS, _BEYOND = 256, 24
 
@@ -81,6 +85,33 @@ class Alignment:
                 "how far the pictures lie apart could not be measured: their textures have nothing in common"
             )
         return remarks
+
+
+def registration_reasons(alignment: Alignment | None, limits: Limits) -> list[Reason]:
+    """Return whether the pictures lie on one grid, and how they lay before."""
+    if alignment is None:
+        return []
+    reasons = []
+    residual, most = alignment.residual_px, limits.registration_residual_px
+    if residual is not None:
+        good = residual <= most
+        sentence = (
+            f"the pictures lie {significant(residual, 2)} px apart, {'within' if good else 'more than'} {most:g} px"
+        )
+        if not good:
+            sentence += ": single pixels cannot be compared"
+        outcome: Outcome = "passes" if good else "cannot say"
+        reasons.append(Reason("registration", "residual", outcome, sentence, residual, most, "px"))
+    shift = math.hypot(*alignment.shift_px)
+    error = math.hypot(*alignment.shift_se_px) if alignment.shift_se_px is not None else 0.0
+    if shift > max(_NAMED_PX, _NAMED_Z * error):
+        across, down = (decimals(component, 2) for component in alignment.shift_px)
+        sentence = f"the rendering lay ({across}, {down}) px beside the photograph, across and down"
+        reasons.append(Reason("registration", "shift", "noted", sentence, shift, None, "px"))
+    if abs(alignment.rotation_deg) > _NAMED_DEG:
+        sentence = f"the rendering lay turned by {decimals(alignment.rotation_deg, 2)}° against the photograph"
+        reasons.append(Reason("registration", "rotation", "noted", sentence, alignment.rotation_deg, None, "°"))
+    return reasons
 
 
 def _way(value: float, more: str, less: str) -> str:

@@ -22,8 +22,6 @@ from stimuli.comparison.table import RegionTable
 
 Triple = tuple[float, float, float]
 CHANNELS = ("red", "green", "blue")
-# More rows do not fit a terminal; the page and JSON have all.
-_MOST_LINES = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,23 +68,6 @@ class CameraRGBTable(JsonResult):
             f" at {self.exposure}" if self.exposure else ""
         )
 
-    def lines(self) -> list[str]:
-        """Return the table as a terminal shows it, in percent of full scale."""
-        shown = [row for row in self.rows if not row.excluded]
-        width = max([len(row.name) for row in shown[:_MOST_LINES]], default=0)
-        lines = [f"{self.title}, in % of full scale, photograph, rendering and difference:"]
-        for row in shown[:_MOST_LINES]:
-            cells = [
-                f"{letter} {100 * photo:6.2f} {100 * rendering:6.2f} {_signed(100 * difference):>6}"
-                for letter, photo, rendering, difference in zip(
-                    "RGB", row.photo_rgb, row.rendering_rgb, row.delta_rgb, strict=True
-                )
-            ]
-            lines.append(f"  {row.name:<{width}}  {'   '.join(cells)}")
-        if len(shown) > _MOST_LINES:
-            lines.append(f"  and {len(shown) - _MOST_LINES} more: see --json or the page")
-        return lines
-
 
 def camera_rgb_table(
     table: RegionTable,
@@ -131,12 +112,6 @@ def camera_rgb_table(
         _of_channels([row.ratio_rgb for row in rows if not row.excluded], np.mean),
         _of_channels([row.delta_rgb for row in rows if not row.excluded], lambda x: np.sqrt(np.mean(np.square(x)))),
     )
-
-
-def _signed(value: float) -> str:
-    """Return two decimals with their sign; zero has none."""
-    text = f"{value:+.2f}"
-    return text if float(text) else "0.00"
 
 
 def _chromaticity(rgb: Floats) -> Floats | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -17,19 +18,18 @@ from documents import Finding, in_threads
 from documents.arrays import Floats
 from documents.compiled import compiler
 from stimuli.comparison.areas import inside, window
-from stimuli.comparison.both_eyes import register_eyes
 from stimuli.comparison.by_pixel import overview, seen_regions, summarise
 from stimuli.comparison.by_region import ComparedRegions, compare_regions
 from stimuli.comparison.depth import DepthComparison
-from stimuli.comparison.evidence import Evidence, RegistrationEvidence
-from stimuli.comparison.judging import judge
 from stimuli.comparison.luminance import luminance_factor
+from stimuli.comparison.options import CompareOptions
 from stimuli.comparison.pictures import read_picture
 from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import RegionsFile, read_regions
-from stimuli.comparison.registering import EyePair, Progress
-from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
+from stimuli.comparison.registering import EyePair, Progress, register_eyes
+from stimuli.comparison.results import Comparison, EyeComparison
 from stimuli.comparison.sparkles import SparkleArea, sparkle_area
+from stimuli.comparison.validation import Evidence, judge
 from stimuli.comparison.verdict import Limits, Verdict, together
 from stimuli.errors import StimulusError
 from stimuli.measures import (
@@ -107,17 +107,19 @@ def compare_pictures(
     0.0
     """
     options = options or CompareOptions()
+    if options.refused:
+        raise StimulusError(Finding(options.refused))
     step = _one_at_a_time(progress or _silent)
     if options.measures:
         measures_for(options.measures, options.viewing)
     file = regions if isinstance(regions, RegionsFile) else read_regions(Path(regions))
-    file = options.applied_to(file)
+    file = _with_options(file, options)
     reading = options.reading
     photo_picture = read_picture(
-        Path(photo), reading, options.photo_holds, "photograph", partial(step, "Reading the photograph")
+        Path(photo), reading, reading.photo_holds, "photograph", partial(step, "Reading the photograph")
     )
     rendering_picture = read_picture(
-        Path(rendering), reading, options.rendering_holds, "rendering", partial(step, "Reading the rendering")
+        Path(rendering), reading, reading.rendering_holds, "rendering", partial(step, "Reading the rendering")
     )
     observers = [("the photograph", photo_picture.observer), ("the rendering", rendering_picture.observer)]
     if options.viewing is not None and options.viewing.observer is not None:
@@ -152,6 +154,18 @@ def compare_pictures(
         record,
         measures,
     )
+
+
+def _with_options(file: RegionsFile, options: CompareOptions) -> RegionsFile:
+    """Return a regions file with what the options say in place of its own values."""
+    names = ("white", "white_luminance_cd_m2", "luminance")
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    limit = options.delta_e_limit
+    if limit is not None:
+        if not 0 < limit < math.inf:
+            raise StimulusError.of(f"the limit 'delta_e' is {limit}", "a finite number above 0")
+        given["limits"] = file.limits.model_copy(update={"delta_e": limit})
+    return replace(file, spec=file.spec.model_copy(update=given))
 
 
 def _one_at_a_time(step: Progress) -> Progress:
@@ -215,7 +229,7 @@ def _table(
         rendering_saturated=pair.saturated,
         safe_luminance_cd_m2=pair.safe_cd_m2,
         rows_done=partial(pair.step, "Measuring regions"),
-        observer=options.reading.observer,
+        observer=options.reading.seen_by,
         camera=options.reading.camera,
         exposure=options.reading.exposure,
     )
@@ -274,16 +288,14 @@ def _judge_eye(
         seen, seen_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
         by_region = seen_regions(delta_e, counts)
         del delta_e
-        notes += remarks_on_observer(options.reading.observer)
+        notes += remarks_on_observer(options.reading.seen_by)
     alignment = pair.alignment
     evidence = Evidence(
         regions=table,
         per_pixel=plain,
         seen=seen,
         sparkle=tuple(pair for area in sparkle for pair in area.pairs),
-        registration=RegistrationEvidence(
-            alignment.residual_px, alignment.shift_px, alignment.shift_se_px, alignment.rotation_deg
-        ),
+        registration=alignment,
         seen_regions=by_region,
         other_flakes=other_flakes,
     )
@@ -352,7 +364,7 @@ def measure_eyes(eyes: Mapping[AnyEye, EyeComparison], options: CompareOptions, 
     if not options.measures or options.viewing is None:
         return None
     white = np.array(next(iter(eyes.values())).table.white_XYZ)
-    viewing = replace(options.viewing, lab_white_XYZ=white, observer=options.reading.observer)
+    viewing = replace(options.viewing, lab_white_XYZ=white, observer=options.reading.seen_by)
     pairs = {eye: PicturePair(one.photo, one.rendering, *(one.masks or ())) for eye, one in eyes.items()}
     return measure_pairs(pairs, options.measures, viewing, map_longest_px=LONGEST_PX, progress=step)
 

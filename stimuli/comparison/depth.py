@@ -20,13 +20,12 @@ from stimuli.align.homography import mapped
 from stimuli.align.warping import warp
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
+from stimuli.comparison.binocular import Binocular, measure_binocular
+from stimuli.comparison.binocular_reasons import BinocularEvidence, binocular_reasons
 from stimuli.comparison.displacements import move
-from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import EyeIdentity, identify_eyes
-from stimuli.comparison.luminance import Views
 from stimuli.comparison.pictures import EyeView, Picture
 from stimuli.comparison.regions import Region
-from stimuli.comparison.two_eyes import TwoEyes, measure_two_eyes
 from stimuli.comparison.verdict import Limits
 from stimuli.pictures.rows import Mask, RowFile, block_means
 
@@ -45,19 +44,19 @@ class DepthComparison:
     ``identity`` is None where sizes differ.
     """
 
-    eyes: TwoEyes
+    eyes: Binocular
     identity: EyeIdentity | None
     matrix: Floats
 
     @property
-    def evidence(self) -> EyesEvidence:
+    def evidence(self) -> BinocularEvidence:
         """What the verdict is about."""
         used = self.eyes.photo.used, self.eyes.rendering.used
-        return EyesEvidence(self.eyes.measures, self.identity, used, self.eyes.same_views)
+        return BinocularEvidence(self.eyes.measures, self.identity, used, self.eyes.same_views)
 
     def fails(self, limits: Limits) -> bool:
         """Whether two eyes see another thing than in the photograph."""
-        return any(reason.outcome == "fails" for reason in eyes_reasons(self.evidence, limits))
+        return any(reason.outcome == "fails" for reason in binocular_reasons(self.evidence, limits))
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers, None for what is not known."""
@@ -154,8 +153,8 @@ def compare_depth(
         counted[here] |= mask
         if region.sparkle:
             sparkling[here] |= mask
-    still = [_luminance(photo.views[eye].xyz, rows, columns) for eye in ("left", "right")]
-    eyes = measure_two_eyes(Views(*still), Views(*brought), counted, sparkling, limits.disparity_px)
+    left, right = (_luminance(photo.views[eye].xyz, rows, columns) for eye in ("left", "right"))
+    eyes = measure_binocular((left, right), (brought[0], brought[1]), counted, sparkling, limits.disparity_px)
     return DepthComparison(eyes, identity, matrix)
 
 

@@ -16,8 +16,7 @@ from documents.arrays import Floats
 from stimuli.align.disparity import FALSE_ALARM, DisparityReport, Spread, measure_disparity
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.roll_scale import fit_roll_scale
-from stimuli.comparison.eye_identity import local_contrast
-from stimuli.comparison.luminance import Views
+from stimuli.comparison.eye_identity import ViewPair, local_contrast
 from stimuli.pictures.rows import Mask
 
 
@@ -71,13 +70,13 @@ _RELIEF, _RELIEF_SD = (15.0, 85.0), 2.073
 _STRAY, _STRAY_PX = 6.0, 1.0
 
 
-def register_views(views: Views, side: int) -> DisparityReport:
+def register_views(views: ViewPair, side: int) -> DisparityReport:
     """Return the disparities of squares of ``side`` pixels of the left view.
 
     They are found by local contrast: in light, the brightest sparkle of either view would be laid onto that of the
     other. One shift for the whole picture goes before, where it is large, since a square is looked for near its place.
     """
-    left, right = local_contrast(views.left), local_contrast(views.right)
+    left, right = map(local_contrast, views)
     height, width = left.shape
     window = np.outer(hann(height), hann(width))
     peak = find_peak(correlation(left * window, right * window), (width // 4, height // 8))

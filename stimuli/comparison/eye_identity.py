@@ -20,6 +20,8 @@ from documents.arrays import Floats, Floats32
 from documents.text import JsonResult
 from stimuli.align.phase import correlation, find_peak, hann
 
+# The luminance of both eyes, left and right, float32 (height, width) each, in cd/m².
+ViewPair = tuple[Floats32, Floats32]
 Way = Literal["own", "exchanged", "left twice", "right twice"]
 
 # The photograph's view, 0 for left, that the rendering's left and right eye show.
@@ -56,7 +58,7 @@ class EyeIdentity(JsonResult):
     shift_px: tuple[float, float]
 
 
-def identify_eyes(photo: tuple[Floats32, Floats32], rendering: tuple[Floats32, Floats32]) -> EyeIdentity:
+def identify_eyes(photo: ViewPair, rendering: ViewPair) -> EyeIdentity:
     """Return which views the rendering's eyes show; all are luminances (height, width) of one size, left and right."""
     contrasts = in_threads(local_contrast, (*photo, *rendering))
     first, second = contrasts[:2], contrasts[2:]

@@ -13,19 +13,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from documents.arrays import Floats32
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
-
-LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Views:
-    """The luminance of both eyes, float32 (height, width) each, in cd/m²."""
-
-    left: Floats32
-    right: Floats32
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.eyes import AnyEye
 from documents import Finding, InputError
+from stimuli.comparison.options import Holds, ReadOptions
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.picture_input import MAX_BYTES, MAX_SPECTRAL_BYTES, opened, refuse_no_picture
@@ -23,36 +24,11 @@ if TYPE_CHECKING:
     from devices.camera import CameraModel, Exposure
     from stimuli.pictures.exr_read import ColourSpace
     from stimuli.pictures.ordinary import Decoding
-    from stimuli.spectral.light import Illumination
-    from stimuli.spectral.options import Quantity
-
-Holds = Literal["xyz", "rec709", "camera-rgb", "spectral"]
 
 _TIFF = (".tif", ".tiff")
 _FOR_SCREENS = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".tif", ".tiff")
 _ENVI = (".hdr", ".img", ".bsq", ".bil", ".bip", ".dat")
 _MOST_MISTAKEN = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class ReadOptions:
-    """How files are read: ``camera`` takes camera RGB to XYZ, ``exposure`` is that of pictures whose file has none.
-
-    With ``sensitivities`` a spectral picture is taken by the camera's own sensor, whose channels
-    ``full_scale_cd_m2`` of equal-energy light just fills, and goes through ``camera`` like a photograph; without, it is
-    summed for the colorimetric ``observer``. ``decoding`` says how the codes of ordinary pictures become light; without
-    it they are refused.
-    """
-
-    camera: CameraModel | None = None
-    exposure: Exposure | None = None
-    assume_linear: bool = False
-    sensitivities: Path | None = None
-    full_scale_cd_m2: float | None = None
-    light: Illumination | None = None
-    quantity: Quantity | None = None
-    observer: str = DEFAULT_OBSERVER
-    decoding: Decoding | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -283,7 +259,7 @@ def _camera_rgb(path: Path, digest: str, reading: ReadOptions, what: str, done: 
             f"the {what} is camera RGB, and there is no camera file to convert it to XYZ",
             "give --camera CAMERA.yaml; if its numbers are XYZ, add --photo-holds or --rendering-holds xyz",
         )
-    image = read_camera_image(path, exposure=reading.exposure, assume_linear=reading.assume_linear)
+    image = read_camera_image(path, exposure=reading.exposure, assume_linear=reading.linear)
     return _developed(path, digest, "camera-rgb", image, reading.camera, what, done)
 
 
@@ -292,8 +268,9 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
     from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
 
     picture = read_spectral(path, reading.quantity)
-    if reading.sensitivities is None or reading.full_scale_cd_m2 is None:
-        seen = spectral_to_xyz(picture, reading.light, negative="clip", observer=reading.observer)
+    sensor = reading.sensor
+    if sensor.sensitivities is None or sensor.full_scale_cd_m2 is None:
+        seen = spectral_to_xyz(picture, reading.light, negative="clip", observer=reading.seen_by)
         notes = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
         rows = RowFile.of(seen.xyz)
         done(rows.shape[0], rows.shape[0])
@@ -307,9 +284,7 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
             "give --camera CAMERA.yaml, or leave --sensitivities out",
         )
     exposure = reading.exposure or reading.camera.exposure
-    image = spectral_to_camera(
-        picture, reading.sensitivities, reading.full_scale_cd_m2, reading.light, exposure=exposure
-    )
+    image = spectral_to_camera(picture, sensor.sensitivities, sensor.full_scale_cd_m2, reading.light, exposure=exposure)
     developed = _developed(path, digest, "spectral", image, reading.camera, what, done)
     return Picture(
         path,

@@ -16,7 +16,7 @@ from devices.readings import colorchecker_xyY
 from documents import InputError, load_document
 from documents.arrays import Floats
 from documents.yaml import Natural, Positive, Strict, YamlSource
-from stimuli.comparison.luminance import LuminanceMode
+from stimuli.comparison.options import LuminanceMode, WhiteName
 from stimuli.comparison.verdict import Limits
 
 # What a file may ask for at most: areas in all, and places in pixels or shares. No picture has as many.
@@ -34,7 +34,6 @@ AreaKind = Literal["patch", "rectangle", "polygon", "plate", "cell"]
 # The corners of a whole picture, in shares of it, from the top left on.
 WHOLE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 Units = Literal["px", "share"]
-WhiteName = Literal["icc-d50", "d50", "d65", "a", "e"]
 
 
 class _Areas(Strict):

@@ -4,23 +4,28 @@ A first guess comes from four corners, from one shift for the whole (phase corre
 features that both have, at any angle [Lowe2004]. Then squares spread over the picture are registered each on its own
 to a fraction of a pixel, and a shift, or a similarity if the squares ask for one, is fitted to their displacements.
 The displacements that are left afterwards give the residual.
+
+Of two eyes, which shows which view is found first: exchanged eyes are changed back, so that all else can be compared.
+An eye that fits nowhere, because its depth is another, lies where the other eye does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from documents import Finding
+from devices.eyes import AnyEye
+from documents import Finding, in_threads
 from documents.arrays import Floats
 from documents.text import significant
 from stimuli.align.homography import homography_from_points, mapped
 from stimuli.comparison.alignment import STILL_PX, Alignment, resample, resample_flags
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.by_region import Side, check_charts
+from stimuli.comparison.depth import DepthComparison, common_movement, compare_depth, exchanged, which_eyes
 from stimuli.comparison.displacements import (
     LEAST_SQUARES,
     SquareShifts,
@@ -31,10 +36,11 @@ from stimuli.comparison.displacements import (
     middle,
     sizes_differ,
 )
-from stimuli.comparison.pictures import EyeView
+from stimuli.comparison.eye_identity import EyeIdentity
+from stimuli.comparison.options import CompareOptions, RegistrationMode
+from stimuli.comparison.pictures import EyeView, Picture
 from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.comparison.results import CompareOptions, RegistrationMode
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Mask, RowFile
 
@@ -139,7 +145,8 @@ def _corners(
     photo: EyeView, rendering: EyeView, regions: RegionsFile, options: CompareOptions
 ) -> tuple[Floats, Floats] | None:
     """Return four places or more of both pictures, counted from the middle of a pixel; None where none are needed."""
-    corners = options.corners_px
+    sides = options.photo_corners_px, options.rendering_corners_px
+    corners = None if None in sides else (np.array(sides[0]), np.array(sides[1]))
     if options.register == "corners" and corners is None:
         corners = corner_pairs(regions, photo.xyz.shape, rendering.xyz.shape)
         if corners is None:
@@ -295,3 +302,113 @@ def _reach(matrix: Floats, shape: tuple[int, ...]) -> float:
     height, width = shape[:2]
     corners = np.array([[0.0, 0.0], [width - 1, 0.0], [0.0, height - 1], [width - 1, height - 1]])
     return float(np.abs(mapped(matrix, corners) - corners).max())
+
+
+def register_eyes(
+    photo: Picture, rendering: Picture, regions: RegionsFile, options: CompareOptions, step: Progress
+) -> tuple[Picture, dict[AnyEye, EyePair], DepthComparison | None]:
+    """Return the rendering, each eye's views on one grid, and the depth of both; none of a single picture.
+
+    The rendering's eyes are changed back if they are exchanged.
+
+    Raises
+    ------
+    StimulusError
+        If an eye cannot be registered, and nothing in its depth explains it.
+    """
+    if "both" in photo.views:
+        pairs, _ = _registered(photo, rendering, regions, options, step)
+        return rendering, pairs, None
+    step("Identifying eyes", 0, 1)
+    identity = which_eyes(photo, rendering)
+    if identity is not None and identity.way == "exchanged":
+        rendering = exchanged(rendering)
+    pairs, refused = _registered(photo, rendering, regions, options, step)
+    if identity is None or identity.way is None:
+        # A rendering that is turned is identified once it was brought onto the photograph, one way or the other.
+        rendering, pairs, refused, identity = _identified(photo, rendering, pairs, refused, regions, options, step)
+    step("Measuring disparity", 0, 2)
+    movement = common_movement([pair.alignment for pair in pairs.values()], identity)
+    placed = place_regions(regions, photo.views["left"].xyz.shape).regions
+    depth = compare_depth(photo, rendering, movement, identity, placed, regions.limits)
+    step("Measuring disparity", 2, 2)
+    if refused:
+        if not depth.fails(regions.limits):
+            raise next(iter(refused.values()))
+        pairs, _ = _registered(photo, rendering, regions, options, step, depth.matrix, pairs)
+    return rendering, pairs, depth
+
+
+def _identified(
+    photo: Picture,
+    rendering: Picture,
+    pairs: dict[AnyEye, EyePair],
+    refused: dict[AnyEye, StimulusError],
+    regions: RegionsFile,
+    options: CompareOptions,
+    step: Progress,
+) -> tuple[Picture, dict[AnyEye, EyePair], dict[AnyEye, StimulusError], EyeIdentity | None]:
+    """Return the rendering with its eyes as they should be, and which they were, by the views as they were brought."""
+    if refused and len(refused) < len(photo.views):
+        return rendering, pairs, refused, None
+    identity = None if refused else which_eyes(photo, _brought(rendering, pairs))
+    if not refused and (identity is None or identity.way != "exchanged"):
+        return rendering, pairs, refused, identity
+    changed = exchanged(rendering)
+    others, others_refused = _registered(photo, changed, regions, options, step)
+    if others_refused:
+        return rendering, pairs, refused, None
+    identity = which_eyes(photo, exchanged(_brought(changed, others)))
+    if identity is None or identity.way != "exchanged":
+        return rendering, pairs, refused, None
+    return changed, others, {}, identity
+
+
+def _brought(rendering: Picture, pairs: Mapping[AnyEye, EyePair]) -> Picture:
+    """Return the rendering as it was brought to the photograph's grid."""
+    return replace(rendering, views={eye: EyeView(pair.moved, None) for eye, pair in pairs.items()})
+
+
+def _registered(
+    photo: Picture,
+    rendering: Picture,
+    regions: RegionsFile,
+    options: CompareOptions,
+    step: Progress,
+    known: Floats | None = None,
+    before: Mapping[AnyEye, EyePair] | None = None,
+) -> tuple[dict[AnyEye, EyePair], dict[AnyEye, StimulusError]]:
+    """Return both views of each eye on one grid, and why those of an eye of two could not be brought there.
+
+    Both eyes are registered side by side. Those in ``before`` are taken from there; the others lie where ``known``
+    (3, 3) takes them, if it is given.
+
+    Raises
+    ------
+    StimulusError
+        If a single picture cannot be registered, or an eye cannot although its place is known.
+    """
+    pairs, refused = dict(before or {}), dict[AnyEye, StimulusError]()
+    file, safe = str(rendering.file), photo.safe_cd_m2
+
+    def register(eye: AnyEye) -> EyePair | StimulusError:
+        named = _named(step, "" if eye == "both" else f", {eye} eye")
+        views = photo.views[eye], rendering.views[eye]
+        try:
+            return register_eye(*views, file, safe, regions, options, named, known)
+        except StimulusError as error:
+            if eye == "both" or known is not None:
+                raise
+            return error
+
+    eyes = [eye for eye in photo.views if eye not in pairs]
+    for eye, found in zip(eyes, in_threads(register, eyes), strict=True):
+        if isinstance(found, StimulusError):
+            refused[eye] = found
+        else:
+            pairs[eye] = found
+    return {eye: pairs[eye] for eye in photo.views if eye in pairs}, refused
+
+
+def _named(step: Progress, name: str) -> Progress:
+    return lambda what, done, of: step(what + name, done, of)

@@ -1,95 +1,25 @@
-"""How two pictures are compared, and the result of it."""
+"""What the comparison of two pictures comes to."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from devices.eyes import AnyEye
-from documents import Finding
-from documents.arrays import Floats
 from documents.text import JsonResult
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.camera_rgb import CameraRGBTable
 from stimuli.comparison.depth import DepthComparison
-from stimuli.comparison.luminance import LuminanceMode
-from stimuli.comparison.pictures import Holds, Picture, ReadOptions
+from stimuli.comparison.options import CompareOptions
+from stimuli.comparison.pictures import Picture
 from stimuli.comparison.regions import PlacedRegions
-from stimuli.comparison.regions_file import RegionsFile, WhiteName
 from stimuli.comparison.sparkles import SparkleArea
 from stimuli.comparison.table import RegionTable
-from stimuli.comparison.verdict import (
-    Outcome,
-    Verdict,
-    decision_sentence,
-    outcome_lines,
-    passing_heading,
-    passing_lines,
-)
-from stimuli.errors import StimulusError
-from stimuli.measures import MeasureTable, ViewingConditions
+from stimuli.comparison.verdict import Verdict
+from stimuli.measures import MeasureTable
 from stimuli.pictures.rows import Mask, RowFile, ScaledRows
-
-RegistrationMode = Literal["auto", "none", "corners"]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class CompareOptions:
-    """How two pictures are compared.
-
-    Parameters
-    ----------
-    reading
-        How both files are read.
-    photo_holds, rendering_holds
-        The kind of values in a file that does not declare it.
-    viewing
-        Where the pictures are seen; without it they are not compared as the eye resolves them.
-    register
-        ``auto`` finds shift and turn, ``none`` takes the pixels as they are, ``corners`` brings four corners together.
-    corners_px
-        Four places (4, 2) in the photograph and in the rendering, in pixels from the top left corner.
-    white, white_luminance_cd_m2, luminance, delta_e_limit
-        Take the place of the regions file's white, its luminance mode and its limit of ΔE00.
-    measures
-        Names of measures to report beside the verdict, which they do not change; they need ``viewing``.
-    """
-
-    reading: ReadOptions = field(default_factory=ReadOptions)
-    photo_holds: Holds | None = None
-    rendering_holds: Holds | None = None
-    viewing: ViewingConditions | None = None
-    register: RegistrationMode = "auto"
-    corners_px: tuple[Floats, Floats] | None = None
-    white: WhiteName | None = None
-    white_luminance_cd_m2: float | None = None
-    luminance: LuminanceMode | None = None
-    delta_e_limit: float | None = None
-    measures: tuple[str, ...] = ()
-
-    @property
-    def pixels_per_degree(self) -> float | None:
-        """How finely the pictures are seen, None where it is not known."""
-        return None if self.viewing is None else self.viewing.pixels_per_degree
-
-    @property
-    def display_white_XYZ(self) -> Floats | None:
-        """The white of the display, XYZ (3,), None where it is not known."""
-        return None if self.viewing is None else self.viewing.display_white_XYZ
-
-    def applied_to(self, regions: RegionsFile) -> RegionsFile:
-        """Return a regions file with these options in place of its own values."""
-        names = ("white", "white_luminance_cd_m2", "luminance")
-        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-        limit = self.delta_e_limit
-        if limit is not None:
-            if not 0 < limit < math.inf:
-                raise StimulusError(Finding(f"the limit 'delta_e' is {limit}", remedy="a finite number above 0"))
-            given["limits"] = regions.limits.model_copy(update={"delta_e": limit})
-        return replace(regions, spec=regions.spec.model_copy(update=given))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,28 +83,6 @@ class Comparison(JsonResult):
             for note in result.notes:
                 notes.setdefault(note, []).append("" if eye == "both" else f"{eye} eye: ")
         return tuple(f"{eyes[0] if len(eyes) == 1 else ''}{note}" for note, eyes in notes.items())
-
-    def lines(self) -> list[str]:
-        """Return the verdict in lines: its sentence, its reasons with a mark each, what passes, and notes."""
-        verdict = self.verdict
-        lines = [decision_sentence(verdict)]
-        marks: tuple[tuple[Outcome, str], ...] = (("fails", "✗"), ("cannot say", "?"), ("noted", "·"))
-        lines += [f"  {mark} {line}" for outcome, mark in marks for line in outcome_lines(verdict, outcome)]
-        passing = passing_lines(verdict)
-        if passing:
-            lines += [passing_heading(verdict), *(f"  ✓ {line}" for line in passing)]
-        if self.measures is not None:
-            lines += ["Measures:", *(f"  {line}" for line in self.measures.lines())]
-        for eye, result in self.eyes.items():
-            if result.camera_rgb is not None:
-                first, *rest = result.camera_rgb.lines()
-                lines += [first if eye == "both" else f"{eye.capitalize()} eye. {first}", *rest]
-        lines += [f"Note: {note}." for note in self.notes]
-        for picture in (self.photo, self.rendering):
-            lines += [f"Note: {picture.file}: {note}." for note in picture.notes]
-        if self.measures is not None:
-            lines += [f"Note: {remark}." for remark in self.measures.remarks()]
-        return lines
 
     @property
     def measures_left_out(self) -> tuple[str, ...]:

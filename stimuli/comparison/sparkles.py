@@ -1,4 +1,4 @@
-"""The sparkles of one area in both pictures, as pairs of numbers with their standard errors.
+"""The sparkles of one area in both pictures, as pairs of numbers with their standard errors, and their reasons.
 
 Two plates of one paint have flakes at random places, and their counts the errors of Poisson's law. Two pictures of one
 plate have the same flakes: where most sparkles of either lie on one of the other, what both have is no chance, and the
@@ -7,6 +7,8 @@ error is that of those alone that one of them has [McNemar1947].
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -14,13 +16,13 @@ import numpy as np
 
 from documents import in_threads
 from documents.arrays import Floats32
-from documents.text import JsonResult
+from documents.text import JsonResult, significant, with_error
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
-from stimuli.comparison.evidence import SparklePair
 from stimuli.comparison.eye_identity import local_contrast
 from stimuli.comparison.regions import Region
 from stimuli.comparison.sharpness import blurred
+from stimuli.comparison.verdict import Limits, Outcome, Reason
 from stimuli.pictures.rows import Mask, RowFile, bands
 from stimuli.sparkle.measures.find import Peaks, Threshold
 from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles, mutual_nearest
@@ -35,6 +37,57 @@ _SPARKLING = 20
 _SAME_CORRELATION = 0.5
 # Of larger areas, the middle is correlated.
 _MIDDLE_PX = 2048
+# From so many standard errors on, their decimals are of no use.
+_MANY = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class SparklePair(JsonResult):
+    """One measure of sparkle (density, width, contrast) of both pictures, with standard errors.
+
+    NaN where there are too few sparkles. ``where`` is the region's name, ``unit`` is for print. ``difference_se`` is
+    the standard error of their difference, where both have part of what they show in common; None where each has its
+    own.
+    """
+
+    measure: str
+    photo: float
+    photo_se: float
+    rendering: float
+    rendering_se: float
+    unit: str = ""
+    where: str = ""
+    difference_se: float | None = None
+    json_also: ClassVar = ("relative", "relative_se", "z")
+
+    @property
+    def relative(self) -> float:
+        """How much more the rendering has, as a share of the photograph's; infinite if that has none."""
+        if self.rendering == self.photo:
+            return 0.0
+        return (self.rendering - self.photo) / self.photo if self.photo else math.inf
+
+    @property
+    def relative_se(self) -> float:
+        """The standard error of ``relative``; infinite if there is none.
+
+        Of a ratio of two independent numbers, or of their difference where they have part in common.
+        """
+        if not self.photo:
+            return math.inf
+        if self.difference_se is not None:
+            return self.difference_se / abs(self.photo)
+        ratio = self.rendering / self.photo
+        return math.hypot(self.rendering_se, ratio * self.photo_se) / abs(self.photo)
+
+    @property
+    def z(self) -> float:
+        """The difference in its standard errors; 0 where the numbers are equal, NaN where it is not known."""
+        apart = self.rendering - self.photo
+        se = math.hypot(self.photo_se, self.rendering_se) if self.difference_se is None else self.difference_se
+        if apart == 0:
+            return 0.0
+        return apart / se if se != 0 else math.copysign(math.inf, apart)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -157,3 +210,67 @@ def _pair(
     measure: str, photo: Estimate, rendering: Estimate, unit: str, where: str, difference_se: float | None = None
 ) -> SparklePair:
     return SparklePair(measure, photo.value, photo.se, rendering.value, rendering.se, unit, where, difference_se)
+
+
+def sparkle_reasons(pairs: Sequence[SparklePair], limits: Limits) -> list[Reason]:
+    """Return a reason for every measure of sparkle."""
+    return [_reason(pair, limits) for pair in pairs]
+
+
+def _reason(pair: SparklePair, limits: Limits) -> Reason:
+    relative = pair.relative
+    outcome, why = _outcome(pair, limits)
+    where = f" on '{pair.where}'" if pair.where else ""
+    rendering = _number(pair.rendering, pair.rendering_se, pair.unit)
+    photo = _number(pair.photo, pair.photo_se, pair.unit)
+    sentence = f"sparkle {pair.measure}{where} is {rendering} in the rendering and {photo} in the photograph"
+    if math.isfinite(relative) and relative:
+        by = with_error(100 * abs(relative), 100 * pair.relative_se)
+        sentence += f", {by} % {'more' if relative > 0 else 'less'}"
+    value = 100 * abs(relative) if math.isfinite(relative) else None
+    return Reason(
+        f"sparkle{where}",
+        pair.measure,
+        outcome,
+        f"{sentence}: {why}",
+        value,
+        100 * limits.sparkle_relative,
+        "%",
+    )
+
+
+def _outcome(pair: SparklePair, limits: Limits) -> tuple[Outcome, str]:
+    relative, z, most = pair.relative, pair.z, limits.sparkle_relative
+    if math.isnan(pair.photo) and math.isnan(pair.rendering):
+        return "noted", "neither picture has sparkles to measure it on"
+    if math.isinf(pair.photo) or math.isinf(pair.rendering):
+        return "cannot say", "one of them is no number"
+    if pair.photo == pair.rendering:
+        return "passes", "equal"
+    if math.isnan(z) or math.isnan(relative):
+        return "cannot say", "there are too few sparkles"
+    large, certain = abs(relative) > most, abs(z) > limits.sparkle_z
+    if large and certain:
+        return "fails", f"{_standard_errors(z)} and more than {100 * most:g} %"
+    if certain:
+        return "noted", f"{_standard_errors(z)}, but within {100 * most:g} %"
+    if large:
+        return "cannot say", f"more than {100 * most:g} %, but only {_standard_errors(z)}"
+    if not math.isfinite(pair.relative_se):
+        return "cannot say", "it is not known how closely the difference is known"
+    if pair.relative_se > limits.sparkle_relative_se:
+        return "cannot say", f"the difference is known to {significant(100 * pair.relative_se, 2)} % only"
+    return "passes", f"within {100 * most:g} % and {limits.sparkle_z:g} standard errors"
+
+
+def _number(value: float, se: float, unit: str) -> str:
+    if not math.isfinite(value):
+        return "unknown"
+    return f"{with_error(value, se)} {unit}".rstrip()
+
+
+def _standard_errors(z: float) -> str:
+    """Return how many standard errors a difference is; without any error it is certain."""
+    if math.isinf(z):
+        return "a difference without standard error"
+    return f"{f'{abs(z):.1f}' if abs(z) < _MANY else significant(abs(z))} standard errors"

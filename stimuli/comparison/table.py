@@ -17,7 +17,8 @@ from devices.colour import delta_e_2000, delta_e_2000_parts, xyY_from_XYZ, xyz_t
 from documents.arrays import Floats
 from documents.text import JsonResult, significant
 from stimuli.comparison.areas import AreaMean
-from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
+from stimuli.comparison.luminance import LuminanceFactor, luminance_factor
+from stimuli.comparison.options import LuminanceMode
 from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import AreaKind
 

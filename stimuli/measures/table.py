@@ -10,6 +10,7 @@ import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.eyes import AnyEye
+from documents.pages import Cell, Column, Shown, Table
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
@@ -78,24 +79,23 @@ class MeasureTable:
             remarks[of] = None
         return [*self.left_out, *remarks]
 
-    def lines(self) -> list[str]:
-        """Return the table as lines of text, its columns one below the other."""
-        if not self.rows:
-            return []
-        eyes = tuple(self.rows[0].eyes)
-        columns = (*eyes, "both eyes") if len(eyes) > 1 else ("value",)
-        cells = [["measure", *columns, ""]]
+    def told(self) -> Table:
+        """Return the table for a page, the terminal or a notebook."""
+        pair = any(row.binocular is not None for row in self.rows)
+        headings = ("left", "right", "both eyes") if pair else ("value",)
+        columns = (
+            Column("Measure", "measure"),
+            *(Column(heading, heading, "number") for heading in headings),
+            Column("closer is", "better"),
+            Column("identical pictures", "identical pictures", "number"),
+            Column("source", "source"),
+        )
+        rows: list[tuple[Cell, ...]] = []
         for row in self.rows:
-            better = "less is closer" if row.measure.better == "lower" else "more is closer"
-            cells.append([row.measure.title, *(printed(value, row.measure) for value in row.values.values()), better])
-        widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
-        return [
-            "  ".join(
-                cell.ljust(width) if at in (0, len(line) - 1) else cell.rjust(width)
-                for at, (cell, width) in enumerate(zip(line, widths, strict=True))
-            ).rstrip()
-            for line in cells
-        ]
+            measure, values = row.measure, (*row.values.values(), row.measure.identical)
+            *numbers, same = (Shown(value, printed(value, measure)) for value in values)
+            rows.append((measure.title, *numbers, measure.better, same, measure.source))
+        return Table("measures", "", columns, tuple(rows))
 
 
 def printed(value: float, measure: Measure) -> str:

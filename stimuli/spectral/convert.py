@@ -215,10 +215,9 @@ def convert_spectral(file: str | Path, output: str | Path, options: SpectralOpti
     report = SpectralReport(
         str(file), str(output), picture.width_px, picture.height_px, picture.quantity, picture.notes, {}
     )
-    if options.sensitivities is not None and options.full_scale_cd_m2 is not None:
-        image = spectral_to_camera(
-            picture, options.sensitivities, options.full_scale_cd_m2, light, exposure=options.exposure
-        )
+    sensitivities, full_scale_cd_m2 = options.sensor.sensitivities, options.sensor.full_scale_cd_m2
+    if sensitivities is not None and full_scale_cd_m2 is not None:
+        image = spectral_to_camera(picture, sensitivities, full_scale_cd_m2, light, exposure=options.exposure)
         write_camera_exr(output, image)
         return replace(report, step=image.steps[-1], saturated_share=image.saturated_share)
     observed = spectral_to_xyz(picture, light, negative=options.negative, observer=options.observer)
@@ -234,8 +233,8 @@ def convert_spectral(file: str | Path, output: str | Path, options: SpectralOpti
 
 def _refuse_together(asked: SpectralOptions) -> None:
     """Raise StimulusError if options were given that do not go together."""
-    of_camera = asked.sensitivities is not None
-    if of_camera != (asked.full_scale_cd_m2 is not None):
+    of_camera = asked.sensor.sensitivities is not None
+    if of_camera != (asked.sensor.full_scale_cd_m2 is not None):
         raise StimulusError.of("sensitivities and full scale go together", "give both, or leave both out")
     if asked.exposure is not None and not of_camera:
         raise StimulusError.of("an exposure goes with sensitivities: XYZ has none", "leave it out")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -13,6 +13,22 @@ if TYPE_CHECKING:
     from devices.camera import Exposure
 
 Quantity: TypeAlias = Literal["radiance", "reflectance"]
+
+
+@dataclass(frozen=True, slots=True)
+class SensorOptions:
+    """The sensor of a camera that takes a spectral picture.
+
+    Attributes
+    ----------
+    sensitivities
+        Sensor table (wavelength_nm,red,green,blue), for camera RGB of spectral values.
+    full_scale_cd_m2
+        Luminance of equal-energy light that just saturates the sensor.
+    """
+
+    sensitivities: Annotated[Path | None, Typed(metavar="SENSOR.csv")] = None
+    full_scale_cd_m2: Annotated[float | None, Typed("--full-scale", "CD_M2")] = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +47,8 @@ class SpectralOptions:
         Factor for the values or the light, for other units.
     observer
         Colorimetric observer of the XYZ.
-    sensitivities
-        Sensor table (wavelength_nm,red,green,blue): write camera RGB instead of XYZ.
-    full_scale_cd_m2
-        Luminance of equal-energy light that just saturates the sensor.
+    sensor
+        The sensor that takes it: camera RGB is then written instead of XYZ.
     exposure
         Exposure to store with the camera RGB, such as 1/15,8,200.
     negative
@@ -46,7 +60,6 @@ class SpectralOptions:
     white_luminance_cd_m2: Annotated[float | None, Typed("--white-luminance", "CD_M2")] = None
     scale: float = 1.0
     observer: Annotated[str, Typed(metavar="NAME")] = "CIE 1931 2"
-    sensitivities: Annotated[Path | None, Typed(metavar="SENSOR.csv")] = None
-    full_scale_cd_m2: Annotated[float | None, Typed("--full-scale", "CD_M2")] = None
+    sensor: SensorOptions = field(default_factory=SensorOptions)
     exposure: Annotated[Exposure | None, EXPOSURE] = None
     negative: Literal["refuse", "clip"] = "refuse"

@@ -226,9 +226,9 @@ def _each(*reads: Callable[[], object]) -> None:
         raise InputError(findings)
 
 
-def _compared(path: Path, decoding: Decoding | None = None) -> object:
-    holds = what_it_holds(path) if decoding is None else None
-    return read_compared(path, ReadOptions(decoding=decoding), holds, "photo", lambda done, total: None)
+def _compared(path: Path, reading: ReadOptions | None = None) -> object:
+    holds = what_it_holds(path) if reading is None else None
+    return read_compared(path, reading or ReadOptions(), holds, "photo", lambda done, total: None)
 
 
 def _build(path: Path, keys: str) -> None:
@@ -252,11 +252,11 @@ def _read_exr(path: Path) -> None:
 
 
 def _read_ordinary(path: Path) -> None:
-    decoding = Decoding("srgb", 100.0, 5.0)
+    reading = ReadOptions(colour_space="srgb", picture_white_cd_m2=100.0)
     _each(
         lambda: read_picture(path, "declared", white_luminance_cd_m2=100, alpha_background_cd_m2=5),
         lambda: find_pictures([path]),
-        lambda: _compared(path, decoding),
+        lambda: _compared(path, reading),
         lambda: _build(path, "colour_space: srgb\nwhite_luminance_cd_m2: 100\nalpha_background_cd_m2: 5\n"),
     )
 

@@ -16,11 +16,10 @@ from scipy.stats import binomtest
 from documents.arrays import Floats
 from stimuli.align import align_pair, measure_disparity, register, straighten
 from stimuli.align.registration import Registration
+from stimuli.comparison.binocular import measure_binocular
+from stimuli.comparison.binocular_reasons import BinocularEvidence, binocular_reasons
 from stimuli.comparison.disparities import EyesPair
-from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import identify_eyes
-from stimuli.comparison.luminance import Views
-from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.comparison.verdict import Limits, Reason
 from stimuli.errors import StimulusError
 from tests.stimuli.comparison.two_eye_scenes import Pair, Relief, Sparkles, contrasted
@@ -248,9 +247,9 @@ def fails(photo: Pair, rendering: Pair) -> list[Reason]:
     identity = identify_eyes(photo, rendering)
     if identity.way == "exchanged":
         rendering = rendering[::-1]
-    eyes = measure_two_eyes(Views(*photo), Views(*rendering), everywhere, everywhere)
+    eyes = measure_binocular(photo, rendering, everywhere, everywhere)
     used = eyes.photo.used, eyes.rendering.used
-    reasons = eyes_reasons(EyesEvidence(eyes.measures, identity, used, eyes.same_views), Limits())
+    reasons = binocular_reasons(BinocularEvidence(eyes.measures, identity, used, eyes.same_views), Limits())
     return [reason for reason in reasons if reason.outcome == "fails"]
 
 
@@ -363,9 +362,10 @@ PAIRS = how_many(50, 100)
 def judged(photo: Pair, rendering: Pair) -> tuple[list[Reason], dict[str, EyesPair]]:
     everywhere = np.ones(photo[0].shape, dtype=np.bool_)
     identity = identify_eyes(photo, rendering)
-    eyes = measure_two_eyes(Views(*photo), Views(*rendering), everywhere, everywhere)
+    eyes = measure_binocular(photo, rendering, everywhere, everywhere)
     used = eyes.photo.used, eyes.rendering.used
-    return eyes_reasons(EyesEvidence(eyes.measures, identity, used, eyes.same_views), Limits()), dict(eyes.measures)
+    evidence = BinocularEvidence(eyes.measures, identity, used, eyes.same_views)
+    return binocular_reasons(evidence, Limits()), dict(eyes.measures)
 
 
 @pytest.mark.parametrize("kind", ["sparkles", "relief"])

@@ -48,7 +48,7 @@ from stimuli.comparison import (
     passing_heading,
     passing_lines,
 )
-from stimuli.measures import MeasureTable, printed
+from stimuli.measures import MeasureTable
 
 _DECISIONS = {
     "validated": Mark("Validated", "good"),
@@ -96,6 +96,20 @@ def comparison_page(comparison: Comparison) -> Page:
         sections=tuple(_sections(comparison)),
         is_wide=True,
     )
+
+
+def told(comparison: Comparison) -> Iterator[Block]:
+    """Yield what the terminal shows: the verdict, the measures, regions in camera RGB, and what is to be known."""
+    yield Paragraph(decision_sentence(comparison.verdict))
+    yield from _verdict(comparison)
+    measures = comparison.measures
+    if measures is not None:
+        yield measures.told()
+    for result in comparison.eyes.values():
+        yield from _camera_rgb(comparison, result)
+    of_pictures = [f"{one.file}: {note}" for one in (comparison.photo, comparison.rendering) for note in one.notes]
+    for note in (*comparison.notes, *of_pictures, *(measures.remarks() if measures is not None else ())):
+        yield Paragraph(f"{note}.", mark=Mark("Note"))
 
 
 def _sections(comparison: Comparison) -> Iterator[Section]:
@@ -377,32 +391,20 @@ def _sparkle(result: EyeComparison) -> list[Block]:
 
 
 def _measures(table: MeasureTable, density: float | None) -> tuple[Block, ...]:
-    pair = table.rows[0].binocular is not None
-    columns = (
-        Column("Measure", "measure"),
-        *_numbers(0, *(("left", "right", "both eyes") if pair else ("value",))),
-        Column("closer is", "better"),
-        *_numbers(0, "identical pictures"),
-        Column("source", "source"),
-    )
-    rows: list[tuple[Cell, ...]] = []
     figures = []
     for row in table.rows:
-        measure = row.measure
-        numbers = [Shown(value, printed(value, measure)) for value in (*row.values.values(), measure.identical)]
-        rows.append((measure.title, *numbers[:-1], measure.better, numbers[-1], measure.source))
         for eye, drawing in measure_figures(row).items():
-            caption = measure.title if eye == "both" else f"{measure.title}, {eye} eye"
-            figures.append(Figure(f"{measure.name}_{eye}", drawing, caption=f"{caption}."))
+            caption = row.measure.title if eye == "both" else f"{row.measure.title}, {eye} eye"
+            figures.append(Figure(f"{row.measure.name}_{eye}", drawing, caption=f"{caption}."))
     words = f"Of the pixels in the regions that count, at {short(density)} pixels per degree. "
     words += "They do not enter the verdict."
-    if pair:
+    if any(row.binocular is not None for row in table.rows):
         words += (
             " The value for both eyes is the mean of both, of a ratio in dB that of the mean square difference; "
             "it says nothing of depth."
         )
     words += "".join(f" {_sentence(remark)}." for remark in table.remarks())
-    return Table("measures", "", columns, tuple(rows)), Paragraph(words, small=True), Beside(tuple(figures))
+    return table.told(), Paragraph(words, small=True), Beside(tuple(figures))
 
 
 def _disparity(comparison: Comparison) -> tuple[Block, ...]:

@@ -5,18 +5,37 @@ The page is one HTML file that needs nothing but itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any, ClassVar
 
-from documents import Finding, InputError
+from documents import Finding, InputError, WorkError
 from documents.files import unwritable, writing
-from documents.pages import write_page
+from documents.options import option_names
+from documents.pages import Block, write_page
 from documents.text import JsonResult
+from runner.presenter import primary_monitor
 from runner.reports.comparison.experiment import checked_name, write_experiment
-from runner.reports.comparison.page import comparison_page
-from stimuli.comparison import CompareOptions, Comparison, compare_pictures
+from runner.reports.comparison.options import ComparisonOptions
+from runner.reports.comparison.page import comparison_page, told
+from stimuli.comparison import Comparison, compare_pictures
+from stimuli.measures import ViewingConditions
+
+# What the record calls otherwise.
+_RECORDED = {
+    "picture_white_cd_m2": "picture_white",
+    "full_scale_cd_m2": "full_scale",
+    "illuminant_luminance_cd_m2": "illuminant_luminance",
+    "white_luminance_cd_m2": "white_luminance",
+    "register": "registering",
+    "photo_corners_px": "photo_corners",
+    "rendering_corners_px": "rendering_corners",
+    "delta_e_limit": "limit",
+    "page": "output",
+    "experiment": "experiment_name",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,43 +59,38 @@ class ComparisonReport(JsonResult):
         found = {"experiment": [str(file) for file in self.experiment], "page": self.page and str(self.page)}
         return {name: files for name, files in found.items() if files}
 
-    def lines(self) -> list[str]:
-        """Return the lines that a terminal shows."""
-        lines = self.comparison.lines()
+    def told(self) -> Iterator[Block | str]:
+        """Yield what the terminal shows of it, and where it was written."""
+        yield from told(self.comparison)
         if self.experiment:
-            lines.append(f"Experiment: {', '.join(map(str, self.experiment))}")
+            yield f"Experiment: {', '.join(map(str, self.experiment))}"
         if self.page is not None:
-            lines.append(f"Page: {self.page}")
-        return lines
+            yield f"Page: {self.page}"
 
 
 def report_comparison(
-    photo: Path,
-    rendering: Path,
-    regions: Path,
-    options: CompareOptions | None = None,
+    photo: Path | str,
+    rendering: Path | str,
+    regions: Path | str,
+    options: ComparisonOptions | None = None,
     *,
-    page: Path | None = None,
-    experiment: str | None = None,
-    rig: Path | None = None,
     root: Path = Path(),
     progress: Callable[[str, int, int], None] | None = None,
-    settings: Mapping[str, Any] | None = None,
+    asked: Mapping[str, Any] | None = None,
 ) -> ComparisonReport:
     """Compare a photograph with its rendering, and write a page and an experiment where they are asked for.
 
     Parameters
     ----------
-    photo, rendering, regions, options, progress, settings
+    photo, rendering, regions, progress
         As `compare_pictures` takes them.
-    page
-        The HTML page to write, whole or not at all; its folder is made if need be.
-    experiment
-        The name of an experiment that shows both pictures to observers on the ``rig``.
-    rig
-        The rig of the experiment.
+    options
+        How they are compared, where they are seen, and what is written: a page, whole or not at all, whose folder is
+        made if need be; an experiment that shows both pictures to observers.
     root
         The folder below which the experiment, its recipe and its pictures are written.
+    asked
+        What was given for the options, by their names: kept in the comparison's record.
 
     Returns
     -------
@@ -86,28 +100,51 @@ def report_comparison(
     Raises
     ------
     InputError
-        If the pictures cannot be compared, or the page or the experiment would take the place of something else:
-        nothing is then written; or if one of them cannot be written.
-    OSError
+        If options do not go together, the pictures cannot be compared, or the page or the experiment would take the
+        place of something else: nothing is then written; or if one of them cannot be written.
+    WorkError
         If there is no room for temporary files, or a file cannot be read.
-    ValueError
-        If there is an ``experiment`` and no ``rig``.
     """
-    if experiment is not None and rig is None:
-        raise ValueError("an experiment needs a rig")
-    if page is not None:
-        check_page(page, (photo, rendering, regions))
-    if experiment is not None:
-        checked_name(experiment, root)
-    comparison = compare_pictures(photo, rendering, regions, options, progress=progress, settings=settings)
+    options = options or ComparisonOptions()
+    photo, rendering, regions = map(Path, (photo, rendering, regions))
+    if refused := options.refused:
+        raise InputError(Finding(refused))
+    if options.page is not None:
+        check_page(options.page, (photo, rendering, regions))
+    if options.experiment is not None:
+        checked_name(options.experiment, root)
+    compare = replace(options.compare, viewing=_viewing(options))
+    given = {name: _plain((asked or {}).get(name)) for name in option_names(ComparisonOptions)}
+    settings = {_RECORDED.get(name, name): one for name, one in given.items() if one not in (None, False, ())}
+    temporary, elsewhere = Path(gettempdir()), "name another folder in the environment variable TMPDIR"
+    with writing(temporary, "temporary files", WorkError, elsewhere=elsewhere):
+        comparison = compare_pictures(
+            photo, rendering, regions, compare, progress=progress, settings={"regions": str(regions)} | settings
+        )
     files: tuple[Path, ...] = ()
-    if experiment is not None and rig is not None:
+    if options.experiment is not None and options.rig is not None:
         with writing(root, "experiment"):
-            files = write_experiment(comparison, experiment, rig, root)
-    if page is not None:
-        with writing(page, "page"):
-            write_page(comparison_page(comparison), page)
-    return ComparisonReport(comparison, page, files)
+            files = write_experiment(comparison, options.experiment, options.rig, root)
+    if options.page is not None:
+        with writing(options.page, "page"):
+            write_page(comparison_page(comparison), options.page)
+    return ComparisonReport(comparison, options.page, files)
+
+
+def _viewing(options: ComparisonOptions) -> ViewingConditions | None:
+    """Return where the pictures are seen; None where that is not known. Raises InputError."""
+    if options.rig is not None:
+        return ViewingConditions.on_rig(options.rig, options.distance_mm, primary_monitor)
+    if options.display is not None and options.distance_mm is not None:
+        return ViewingConditions.on_display(options.display, options.distance_mm)
+    return options.compare.viewing
+
+
+def _plain(value: Any) -> Any:
+    """Return an option's value as it is typed."""
+    if isinstance(value, tuple | list):
+        return tuple(",".join(f"{one:.15g}" for one in part) if isinstance(part, tuple) else part for part in value)
+    return str(value) if isinstance(value, Path) else value
 
 
 def check_page(page: Path, inputs: Sequence[Path]) -> None:

@@ -17,6 +17,7 @@ from devices.chart import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY
 from devices.readings import colorchecker_xyY
 from documents.arrays import Floats32
+from stimuli.comparison.alignment import Alignment
 from stimuli.pictures import StereoImage, write_exr
 
 Cyclopean = Callable[..., CompletedProcess[str]]
@@ -118,6 +119,16 @@ def written(path: Path, left: Floats32, right: Floats32 | None = None) -> Path:
     """Write a picture, or a pair, as OpenEXR of XYZ."""
     write_exr(path, StereoImage.flat(left) if right is None else StereoImage(left, right))
     return path
+
+
+def lies(
+    residual_px: float | None,
+    shift_px: tuple[float, float] = (0.0, 0.0),
+    shift_se_px: tuple[float, float] | None = None,
+    rotation_deg: float = 0.0,
+) -> Alignment:
+    """Return how a rendering lies; all but what is named says nothing."""
+    return Alignment(np.eye(3), "shift", shift_px, shift_se_px, rotation_deg, None, 1.0, residual_px, 0, 0, moved=False)
 
 
 def compared(cyclopean: Cyclopean, *words: object, expect: int | None = 0) -> dict[str, Any]:

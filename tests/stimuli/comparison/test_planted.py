@@ -272,10 +272,10 @@ def test_a_blurred_rendering_fails_for_its_blur(tmp_path: Path) -> None:
     result = compare_pictures(files[0], files[1], PLATE)
     assert result.verdict.decision == "not validated"
     assert any("sparkle density" in reason.sentence for reason in result.verdict.having("fails"))
-    assert any("blurrier" in line and "4.0 px" in line for line in result.lines())
+    assert any("blurrier" in note and "4.0 px" in note for note in result.notes)
     same = compare_pictures(files[0], files[0], PLATE)
     assert same.verdict.decision == "validated"
-    assert not any("blurrier" in line for line in same.lines())
+    assert not any("blurrier" in note for note in same.notes)
 
 
 @pytest.mark.nightly

@@ -11,11 +11,10 @@ import pytest
 
 from analysis.records import read_session
 from stimuli.comparison import CompareOptions, Comparison, compare_pictures
+from stimuli.comparison.binocular import measure_binocular
+from stimuli.comparison.binocular_reasons import BinocularEvidence, binocular_reasons
 from stimuli.comparison.disparities import EyesPair
-from stimuli.comparison.eye_evidence import EyesEvidence, eyes_reasons
 from stimuli.comparison.eye_identity import identify_eyes
-from stimuli.comparison.luminance import Views
-from stimuli.comparison.two_eyes import measure_two_eyes
 from stimuli.comparison.verdict import Limits
 from stimuli.pictures import read_exr
 from tests.kept import kept, known
@@ -115,14 +114,14 @@ def fails_of(result: Comparison) -> list[str]:
 
 
 @kept
-def evidence(photo: Pair, rendering: Pair) -> EyesEvidence:
+def evidence(photo: Pair, rendering: Pair) -> BinocularEvidence:
     everywhere = np.ones(photo[0].shape, dtype=np.bool_)
-    eyes = measure_two_eyes(Views(*photo), Views(*rendering), everywhere, everywhere)
-    return EyesEvidence(eyes.measures, identify_eyes(photo, rendering), (eyes.photo.used, eyes.rendering.used))
+    eyes = measure_binocular(photo, rendering, everywhere, everywhere)
+    return BinocularEvidence(eyes.measures, identify_eyes(photo, rendering), (eyes.photo.used, eyes.rendering.used))
 
 
 def fails(photo: Pair, rendering: Pair) -> list[str]:
-    return [one.sentence for one in eyes_reasons(evidence(photo, rendering), Limits()) if one.outcome == "fails"]
+    return [one.sentence for one in binocular_reasons(evidence(photo, rendering), Limits()) if one.outcome == "fails"]
 
 
 def compare(folder: Path, photo: Pair, rendering: Pair) -> Comparison:
@@ -192,7 +191,7 @@ def test_exchanged_eyes_are_changed_back_for_all_else(tmp_path: Path) -> None:
 
 def test_nothing_to_measure_depth_by() -> None:
     """Without texture in either picture depth decides nothing, and in one alone it is not known."""
-    both, one = (eyes_reasons(EyesEvidence({}, None, squares), Limits()) for squares in ((0, 0), (20, 1)))
+    both, one = (binocular_reasons(BinocularEvidence({}, None, squares), Limits()) for squares in ((0, 0), (20, 1)))
     assert [reason.outcome for reason in both] == ["noted"]
     assert [reason.outcome for reason in one] == ["cannot say"]
 
@@ -203,7 +202,7 @@ def test_nothing_to_measure_depth_by() -> None:
 )
 def test_a_measure_fails_beyond_its_limit_by_three_errors(difference: float, error: float, outcome: str) -> None:
     pair = EyesPair(0.5, 0.5 + difference, difference, error)
-    reasons = eyes_reasons(EyesEvidence({"one-eyed share": pair}, None, (0, 0)), Limits())
+    reasons = binocular_reasons(BinocularEvidence({"one-eyed share": pair}, None, (0, 0)), Limits())
     assert reasons[0].outcome == outcome
 
 

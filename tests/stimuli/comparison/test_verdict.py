@@ -28,14 +28,14 @@ from stimuli.comparison import (
     passing_lines,
 )
 from stimuli.comparison.areas import AreaMean
+from stimuli.comparison.binocular_reasons import BinocularEvidence
 from stimuli.comparison.by_pixel import DifferenceSummary, seen_regions
 from stimuli.comparison.disparities import EyesPair
-from stimuli.comparison.evidence import RegistrationEvidence, sparkle_reasons
-from stimuli.comparison.eye_evidence import EyesEvidence
+from stimuli.comparison.sparkles import sparkle_reasons
 from stimuli.comparison.table import region_table
 from stimuli.comparison.verdict import Limits, Reason, Verdict, decimals, together
 from stimuli.measures import SeenPicture, ViewingConditions, difference_map
-from tests.stimuli.comparison.scenes import PLATE, RIG, Cyclopean, compared, few, written
+from tests.stimuli.comparison.scenes import PLATE, RIG, Cyclopean, compared, few, lies, written
 
 # The verdict: every number against its limit, with its reason.
 
@@ -54,9 +54,9 @@ def table(*lightness: float, saturated: float = 0.0) -> RegionTable:
     return region_table(regions, photo, rendering, WHITE)
 
 
-def depth(across: float, error: float) -> EyesEvidence:
+def depth(across: float, error: float) -> BinocularEvidence:
     measures = {"disparity across": EyesPair(1.0, 1.0 + across, across, error)}
-    return EyesEvidence(measures | {"disparity down": EyesPair(0.0, 0.0, 0.0, 0.01)}, squares=(20, 20))
+    return BinocularEvidence(measures | {"disparity down": EyesPair(0.0, 0.0, 0.0, 0.01)}, squares=(20, 20))
 
 
 def only(verdict: Verdict, outcome: str) -> Reason:
@@ -70,7 +70,7 @@ def test_all_within_is_validated() -> None:
         SMALL,
         SMALL,
         (SparklePair("density", 100.0, 5.0, 100.0, 5.0, "per cm²", "plate"),),
-        RegistrationEvidence(0.02),
+        lies(0.02),
         depth(0.01, 0.02),
     )
     verdict = judge(evidence)
@@ -153,7 +153,7 @@ def test_a_few_bad_pixels_do_not_fail_and_many_do() -> None:
 
 
 def test_pictures_that_lie_apart_say_nothing_of_pixels() -> None:
-    verdict = judge(Evidence(table(1.0), LARGE, LARGE, registration=RegistrationEvidence(0.4)))
+    verdict = judge(Evidence(table(1.0), LARGE, LARGE, registration=lies(0.4)))
     assert verdict.decision == "cannot say"
     reason = only(verdict, "cannot say")
     assert (reason.measure, reason.value, reason.limit) == ("residual", 0.4, 0.25)
@@ -249,11 +249,11 @@ def test_a_map_of_another_limit_is_not_judged() -> None:
 
 
 def test_how_the_pictures_lay_is_noted() -> None:
-    lay = RegistrationEvidence(0.02, (0.4, 0.0), (0.01, 0.01), 2.0)
+    lay = lies(0.02, (0.4, 0.0), (0.01, 0.01), 2.0)
     said = [reason.sentence for reason in judge(Evidence(table(1.0), registration=lay)).having("noted")]
     assert "(0.40, 0.00) px" in said[0]
     assert "2.00°" in said[1]
-    within = RegistrationEvidence(0.02, (0.4, 0.0), (0.2, 0.2), 0.0)
+    within = lies(0.02, (0.4, 0.0), (0.2, 0.2), 0.0)
     assert not judge(Evidence(table(1.0), registration=within)).having("noted")
 
 
@@ -356,7 +356,7 @@ def test_maps_and_registration_of_any_numbers(residual: float | None, share: flo
     summary = DifferenceSummary(
         pixels=100, mean=mean, median=mean, p95=mean, p99=mean, largest=mean, limit=1.4, above_limit_percent=share
     )
-    registration = RegistrationEvidence(residual, (-0.021, 113.0), (1e-9, 0.0), -0.011)
+    registration = lies(residual, (-0.021, 113.0), (1e-9, 0.0), -0.011)
     for seen, other in itertools.product((None, summary), (False, True)):
         evidence = Evidence(per_pixel=summary, seen=seen, registration=registration, other_flakes=other)
         verdict = judge(evidence, Limits())
@@ -394,10 +394,9 @@ def test_a_pair_has_a_row_for_each_measure_and_a_figure_for_each_eye(tmp_path: P
 def test_the_terminal_prints_the_table(tmp_path: Path, cyclopean: Cyclopean) -> None:
     photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.02))
     told = cyclopean("compare", photo, other, "--regions", PLATE, "--rig", RIG, "--measures", NAMES, expect=None)
-    lines = told.stdout.splitlines()
-    at = lines.index("Measures:")
-    assert lines[at + 1].split() == ["measure", "value"]
-    assert [line.split()[0] for line in lines[at + 2 : at + 6]] == ["ΔE00", "S-CIELAB", "PU21-SSIM", "PU21-PSNR"]
+    lines = [line.split() for line in told.stdout.splitlines()]
+    at = next(number for number, words in enumerate(lines) if words[:2] == ["Measure", "value"])
+    assert [words[0] for words in lines[at + 1 : at + 5]] == ["ΔE00", "S-CIELAB", "PU21-SSIM", "PU21-PSNR"]
 
 
 def test_identical_pictures_have_no_number_for_infinity(tmp_path: Path, cyclopean: Cyclopean) -> None:

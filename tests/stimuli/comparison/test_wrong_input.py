@@ -10,12 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from devices.camera import CameraModel, Exposure, write_camera
 from documents import InputError
-from runner.cli.compare import _pair
-from runner.cli.main import group
+from documents.arrays import Floats32
 from runner.reports.comparison.experiment import checked_name
 from runner.reports.comparison.report import check_page
 from stimuli.comparison import place_regions, read_regions
@@ -71,36 +69,32 @@ def test_eight_bits_are_no_light(tmp_path: Path, refused: Refused, name: str, to
     assert "holds xyz" not in line
 
 
-def test_different_sizes_without_registration(tmp_path: Path, refused: Refused) -> None:
-    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(size=(200, 180)))
-    line = refused(*files, "--regions", PLATE, "--register", "none")
-    assert "240 × 180" in line
-    assert "--register auto" in line
+RENDERINGS: dict[str, tuple[Callable[[], Floats32], str, tuple[str, ...]]] = {
+    "size": (lambda: spots(size=(200, 180)), "", ("240 × 180", "--register auto")),
+    "beyond": (lambda: spots(dx=40.0), "[170, 20, 60, 40]", ("'rim' lie beyond the rendering's edge",)),
+    "outside": (spots, "[200, 20, 60, 40]", ("r.yaml:3:", "'rim'", "240 × 180")),
+    "nothing in common": (lambda: spots(seed=1), "", ("cannot be brought onto the photograph", "--register none")),
+    "turned": (lambda: spots()[::-1, ::-1], "", ("the rendering is turned by", "180.0°")),
+}
 
 
-def test_a_region_beyond_what_was_rendered(tmp_path: Path, refused: Refused) -> None:
-    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(dx=40.0))
-    regions = tmp_path / "r.yaml"
-    text = "schema_version: 1\nregions:\n  - {kind: rectangle, name: rim, box: [170, 20, 60, 40]}\n"
-    regions.write_text(text, encoding="utf-8")
-    line = refused(*files, "--regions", regions)
-    assert "'rim' lie beyond the rendering's edge" in line
+@pytest.mark.parametrize("why", [*RENDERINGS])
+def test_a_rendering_that_does_not_lie_on_the_photograph(tmp_path: Path, refused: Refused, why: str) -> None:
+    rendering, box, complaints = RENDERINGS[why]
+    regions = tmp_path / "r.yaml" if box else PLATE
+    if box:
+        regions.write_text(f"schema_version: 1\nregions: [{{kind: rectangle, name: rim,\n  box: {box}}}]\n", "utf-8")
+    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", rendering())
+    line = refused(*files, "--regions", regions, *(("--register", "none") if why == "size" else ()))
+    assert [complaint for complaint in complaints if complaint not in line] == []
 
 
 @pytest.mark.nightly
-def test_a_rendering_turned_round(tmp_path: Path, refused: Refused) -> None:
-    picture = spots()
-    files = written(tmp_path / "a.exr", picture), written(tmp_path / "b.exr", picture[::-1, ::-1])
-    line = refused(*files, "--regions", PLATE)
-    assert "the rendering is turned by" in line
-    assert "180.0°" in line
-
-
-def test_two_plates_with_nothing_in_common(tmp_path: Path, refused: Refused) -> None:
-    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(seed=1))
-    line = refused(*files, "--regions", PLATE)
-    assert "cannot be brought onto the photograph" in line
-    assert "--register none" in line
+def test_a_rendering_of_another_scale(tmp_path: Path, refused: Refused) -> None:
+    large = spots(size=(480, 360), sd_px=1.8, amplitude=1200.0, count=900)
+    small = large.reshape(180, 2, 240, 2, 3).mean(axis=(1, 3))
+    files = written(tmp_path / "a.exr", small), written(tmp_path / "b.exr", large)
+    assert "is 2 times as large as the photograph" in refused(*files, "--regions", PLATE)
 
 
 def test_camera_rgb_without_a_camera_file(tmp_path: Path, refused: Refused) -> None:
@@ -140,34 +134,9 @@ def test_a_pair_beside_a_single_picture(tmp_path: Path, refused: Refused) -> Non
     assert "a pair for two eyes" in line
 
 
-def test_files_that_are_not_there_or_would_be_lost(tmp_path: Path, refused: Refused, cyclopean: Cyclopean) -> None:
-    file = written(tmp_path / "a.exr", spots())
-    assert "there is no such rendering" in refused(file, tmp_path / "none.exr", "--regions", PLATE)
-    told = cyclopean("compare", file, file, "--regions", PLATE, "-o", file, expect=2)
-    assert "the page is no .html file" in told.stderr
-    told = cyclopean("compare", file, file, "--regions", PLATE, "--rig", RIG, "--experiment", "A B", expect=2)
-    assert "an experiment cannot be called 'A B'" in told.stderr
-    assert cyclopean("compare", file, file, "--regions", PLATE, "--experiment", "x", expect=2).stderr
-
-
-@pytest.mark.nightly
-def test_a_rendering_of_another_scale(tmp_path: Path, refused: Refused) -> None:
-    large = spots(size=(480, 360), sd_px=1.8, amplitude=1200.0, count=900)
-    small = large.reshape(180, 2, 240, 2, 3).mean(axis=(1, 3))
-    files = written(tmp_path / "a.exr", small), written(tmp_path / "b.exr", large)
-    line = refused(*files, "--regions", PLATE)
-    assert "the rendering is 2 times as large as the photograph" in line
-
-
-def test_a_region_outside(tmp_path: Path, refused: Refused) -> None:
-    file = written(tmp_path / "a.exr", spots())
-    regions = tmp_path / "r.yaml"
-    text = "schema_version: 1\nregions:\n  - {kind: rectangle, name: rim, box: [200, 20, 60, 40]}\n"
-    regions.write_text(text, encoding="utf-8")
-    line = refused(file, file, "--regions", regions)
-    assert f"{regions}:3:" in line
-    assert "'rim'" in line
-    assert "240 × 180" in line
+def test_a_file_that_is_not_there(tmp_path: Path, refused: Refused) -> None:
+    files = written(tmp_path / "a.exr", spots()), tmp_path / "none.exr"
+    assert "there is no such rendering" in refused(*files, "--regions", PLATE)
 
 
 @pytest.mark.nightly
@@ -220,45 +189,28 @@ def test_names_that_are_like_them_are_right(tmp_path: Path, name: str) -> None:
 def test_nothing_is_written_over_or_through(tmp_path: Path, place: str, there: str) -> None:
     path = tmp_path / place
     path.parent.mkdir(parents=True)
-    if there == "file":
-        path.write_text("mine")
-    elif there == "folder":
-        path.mkdir()
-    else:
+    if there == "link that leads nowhere":
         path.symlink_to(tmp_path / "outside.yaml")
+    else:
+        path.touch() if there == "file" else path.mkdir()
     with pytest.raises(InputError, match=re.escape(f"{place}: it is there already")):
         checked_name("a", tmp_path)
 
 
-def test_an_empty_name_is_no_name(tmp_path: Path) -> None:
-    file = tmp_path / "a.exr"
-    words = ["compare", str(file), str(file), "--regions", str(PLATE), "--rig", str(RIG), "--experiment", ""]
-    with pytest.raises(InputError, match="cannot be called ''"):
-        CliRunner().invoke(group, words, catch_exceptions=False)
-
-
-def _folder(path: Path) -> Path:
-    (path / "a.html").mkdir()
-    return path / "a.html"
-
-
-def _below_a_file(path: Path) -> Path:
-    (path / "file").write_text("")
-    return path / "file" / "more" / "a.html"
-
-
-@pytest.mark.parametrize("place", [_folder, _below_a_file])
-def test_where_no_page_can_be_is_told_before_anything_is_written(tmp_path: Path, place: Callable[[Path], Path]) -> None:
-    output = place(tmp_path)
+@pytest.mark.parametrize("place", ["a.html", "file/more/a.html"])
+def test_where_no_page_can_be_is_told_before_anything_is_written(tmp_path: Path, place: str) -> None:
+    (tmp_path / "a.html").mkdir()
+    (tmp_path / "file").touch()
+    output = tmp_path / place
     with pytest.raises(InputError) as caught:
         check_page(output, [])
     assert str(caught.value).startswith(str(output))
 
 
-@pytest.mark.parametrize("text", ["nan,1", "1,inf", "1e308,1", "1", "1,2,3", ""])
-def test_corners_are_numbers_that_a_picture_has(text: str) -> None:
-    with pytest.raises(Exception, match="a corner is"):
-        _pair(text)
+@pytest.mark.parametrize("text", ["nan,1", "1,inf", "1e10,1", "1", "1,2,3", ""])
+def test_corners_are_numbers_that_a_picture_has(cyclopean: Cyclopean, text: str) -> None:
+    told = cyclopean("compare", "a", "b", "--regions", PLATE, "--photo-corners", *("1,1", "2,1", text, "1,2"), expect=2)
+    assert f"'--photo-corners': it is '{text}'" in told.stderr
 
 
 BAD = "<img src=x onerror=alert(1)>&\"'"

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
+from documents.pages import Shown
 from stimuli.errors import StimulusError
 from stimuli.measures import (
     PicturePair,
@@ -126,15 +127,13 @@ def test_a_measure_whose_package_is_missing(monkeypatch: pytest.MonkeyPatch) -> 
     assert "flip" not in [measure.name for measure in measures_named(["all"])]
 
 
-def test_the_table_as_text() -> None:
+def test_the_table_that_is_told() -> None:
     table = measure_pictures(stereo(picture(1), picture(2)), stereo(picture(1), picture(3)), NAMES, VIEWING)
-    lines = table.lines()
-    assert lines[0].split() == ["measure", "left", "right", "both", "eyes"]
-    assert len(lines) == 1 + len(NAMES)
-    assert lines[4].startswith("PU21-PSNR")
-    assert "∞ dB" in lines[4]
-    assert lines[1].endswith("less is closer")
-    assert lines[3].endswith("more is closer")
+    told = table.told()
+    assert [column.heading for column in told.columns[:4]] == ["Measure", "left", "right", "both eyes"]
+    assert len(told.rows) == len(NAMES)
+    assert told.rows[3][:2] == ("PU21-PSNR", Shown(float("inf"), "∞ dB"))
+    assert [row[4] for row in told.rows] == ["lower", "lower", "higher", "higher"]
 
 
 @pytest.mark.parametrize("density", [0.0, float("nan")])

@@ -24,7 +24,6 @@ from stimuli.develop import read_camera_image
 from stimuli.develop.calibration_frames import read_calibration
 from stimuli.errors import StimulusError
 from stimuli.pictures import (
-    Decoding,
     FoundPicture,
     StereoImage,
     find_pictures,
@@ -166,7 +165,8 @@ def test_an_error_that_quotes_the_file_is_one_line(tmp_path: Path) -> None:
 
 
 def _compare(path: Path) -> object:
-    return read_compared(path, ReadOptions(decoding=Decoding("srgb", 100.0)), None, "photo", lambda *_: None)
+    reading = ReadOptions(colour_space="srgb", picture_white_cd_m2=100.0)
+    return read_compared(path, reading, None, "photo", lambda *_: None)
 
 
 READERS: list[tuple[str, Callable[[Path], object]]] = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -347,11 +348,9 @@ def test_spectral_pictures_become_xyz_for_the_observer_that_is_asked(tmp_path: P
     assert report.step["observer"] == TEN
     truth = xyz_from_spectra(values.reshape(-1, len(waves)), waves, TEN).reshape(180, 240, 3)
     np.testing.assert_allclose(read_exr(tmp_path / "s.exr", observer=TEN).left, truth, rtol=1e-3)
-    reading = ReadOptions(quantity="radiance", observer=TEN)
-    options = CompareOptions(reading=reading, rendering_holds="spectral", register="none")
-    same = compare_pictures(tmp_path / "s.exr", spectral, REGIONS, options)
-    assert same.eyes["both"].per_pixel.mean < 0.05
-    plain = CompareOptions(reading=ReadOptions(quantity="radiance"), rendering_holds="spectral", register="none")
+    reading = ReadOptions(rendering_holds="spectral", quantity="radiance")
+    ten, plain = (CompareOptions(replace(reading, observer=name), register="none") for name in (TEN, None))
+    assert compare_pictures(tmp_path / "s.exr", spectral, REGIONS, ten).eyes["both"].per_pixel.mean < 0.05
     with pytest.raises(InputError, match="the photograph is of CIE 2015 10"):
         compare_pictures(tmp_path / "s.exr", spectral, REGIONS, plain)
 
@@ -400,11 +399,12 @@ def test_a_comparison_says_that_the_eyes_channels_are_for_1931(tmp_path: Path) -
 
 
 def test_the_experiment_of_a_comparison_is_for_the_pictures_observer(tmp_path: Path) -> None:
-    from runner.reports import report_comparison
+    from runner.reports import ComparisonOptions, report_comparison
 
     _display(tmp_path, TEN)
     pictures = _picture(tmp_path / "a.exr", TEN), _picture(tmp_path / "b.exr", TEN)
-    report_comparison(*pictures, REGIONS, CompareOptions(), experiment="ten", rig=tmp_path / "rig.yaml", root=tmp_path)
+    asked = ComparisonOptions(experiment="ten", rig=tmp_path / "rig.yaml")
+    report_comparison(*pictures, REGIONS, asked, root=tmp_path)
     assert read_experiment(tmp_path / "experiments/ten.yaml").rig.observer == TEN
     assert set(build_set(tmp_path / "configs/stimuli/ten.yaml", 0.2768).names) == {"photograph", "rendering"}
 

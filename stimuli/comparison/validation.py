@@ -16,17 +16,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from documents.text import significant, with_error
+from stimuli.comparison.alignment import Alignment, registration_reasons
+from stimuli.comparison.binocular_reasons import BinocularEvidence, binocular_reasons
 from stimuli.comparison.by_pixel import DifferenceSummary
-from stimuli.comparison.evidence import Evidence, registration_reasons, sparkle_reasons
-from stimuli.comparison.eye_evidence import eyes_reasons
+from stimuli.comparison.sparkles import SparklePair, sparkle_reasons
 from stimuli.comparison.table import RegionTable
 from stimuli.comparison.verdict import Limits, Outcome, Reason, Verdict, decided, decimals
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """All measurements of one pair; None for what was not measured.
+
+    ``per_pixel`` is of the plain map, ``seen`` of that of both pictures as the eye resolves them at its distance, and
+    ``seen_regions`` are that map's means over regions, by name. ``other_flakes`` is true if all that is compared
+    sparkles at other places in either picture, so that single pixels are not compared.
+    """
+
+    regions: RegionTable | None = None
+    per_pixel: DifferenceSummary | None = None
+    seen: DifferenceSummary | None = None
+    sparkle: tuple[SparklePair, ...] = ()
+    registration: Alignment | None = None
+    eyes: BinocularEvidence | None = None
+    seen_regions: Mapping[str, float] = field(default_factory=dict)
+    other_flakes: bool = False
 
 
 def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
@@ -56,7 +76,7 @@ def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
         *colour_reasons(evidence, limits),
         *sparkle_reasons(evidence.sparkle, limits),
         *registration_reasons(evidence.registration, limits),
-        *eyes_reasons(evidence.eyes, limits),
+        *binocular_reasons(evidence.eyes, limits),
         *region_notes(evidence.regions, limits),
     ]
     return decided(reasons, limits)

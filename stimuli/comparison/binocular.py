@@ -33,8 +33,7 @@ from stimuli.comparison.disparities import (
     register_views,
     squares_of,
 )
-from stimuli.comparison.eye_identity import LOCAL_MEAN_PX, local_contrast
-from stimuli.comparison.luminance import Views
+from stimuli.comparison.eye_identity import LOCAL_MEAN_PX, ViewPair, local_contrast
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Mask
 from stimuli.sparkle.measures.find import Threshold, find_peaks
@@ -44,7 +43,7 @@ _SHARE, _USUAL_PX, _MOST_ACROSS, _SQUARE_PX = 5, 64, 20, (48, 96)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class TwoEyes:
+class Binocular:
     """What two eyes see in both pairs; ``measures`` by name, those that are known.
 
     ``across`` and ``down`` are disparities of squares that both have, (n, 2): the photograph's and the rendering's, at
@@ -61,14 +60,14 @@ class TwoEyes:
     same_views: bool
 
 
-def measure_two_eyes(
-    photo: Views, rendering: Views, counted: Mask, sparkling: Mask, least_relief_px: float = 0.5
-) -> TwoEyes:
+def measure_binocular(
+    photo: ViewPair, rendering: ViewPair, counted: Mask, sparkling: Mask, least_relief_px: float = 0.5
+) -> Binocular:
     """Return what two eyes see in both pairs, on one grid, where ``counted``; sparkles where ``sparkling``.
 
     Of a photograph with less relief than ``least_relief_px``, the scale of depth is not measured.
     """
-    height, width = photo.left.shape
+    height, width = photo[0].shape
     shorter = min(height, width)
     side = min(int(np.clip(max(min(shorter // _SHARE, _USUAL_PX), shorter // _MOST_ACROSS), *_SQUARE_PX)), shorter)
     reports = in_threads(lambda views: register_views(views, side), (photo, rendering))
@@ -82,17 +81,17 @@ def measure_two_eyes(
     measures = depth_measures(
         middle, across, down, float(np.sum(noise)) / max(1, len(shared)), (width, height), least_relief_px
     )
-    squares = squares_of(photo.left.shape, side, counted)
+    squares = squares_of(photo[0].shape, side, counted)
     places = [filled_in(fields[number], fields[1 - number], squares) for number in (0, 1)]
     measures |= rivalry_measures((photo, rendering), squares, side, places)
     of_sparkles, sparkles = sparkle_measures((photo, rendering), sparkling, squares, places)
     measures |= of_sparkles
-    same = [bool(np.array_equal(views.left, views.right)) for views in (photo, rendering)]
-    return TwoEyes(reports[0], reports[1], middle, across, down, measures, sparkles, same[1] and not same[0])
+    same = [bool(np.array_equal(*views)) for views in (photo, rendering)]
+    return Binocular(reports[0], reports[1], middle, across, down, measures, sparkles, same[1] and not same[0])
 
 
 def rivalry_measures(
-    pairs: tuple[Views, Views], squares: list[Place], side: int, places: list[Floats]
+    pairs: tuple[ViewPair, ViewPair], squares: list[Place], side: int, places: list[Floats]
 ) -> dict[str, EyesPair]:
     """Return how luminance and contrast of the right eye compare with the left's, and how the two agree."""
     if len(squares) < LEAST_SQUARES:
@@ -103,16 +102,14 @@ def rivalry_measures(
     )
 
 
-def _square_sums(views: Views, squares: list[Place], side: int, places: Floats) -> Floats:
+def _square_sums(views: ViewPair, squares: list[Place], side: int, places: Floats) -> Floats:
     """Return sums (squares, 7): luminance and contrast of either eye, products and squares of local contrast."""
     from scipy.ndimage import uniform_filter
 
-    local = [local_contrast(plane) for plane in (views.left, views.right)]
-    means = [
-        uniform_filter(plane, min(LOCAL_MEAN_PX, *plane.shape), mode="nearest") for plane in (views.left, views.right)
-    ]
-    away = [np.abs(plane - mean) for plane, mean in zip((views.left, views.right), means, strict=True)]
-    height, width = views.left.shape
+    local = [local_contrast(plane) for plane in views]
+    means = [uniform_filter(plane, min(LOCAL_MEAN_PX, *plane.shape), mode="nearest") for plane in views]
+    away = [np.abs(plane - mean) for plane, mean in zip(views, means, strict=True)]
+    height, width = views[0].shape
     sums = np.zeros((len(squares), 7))
     for number, ((x, y), (across, down)) in enumerate(zip(squares, np.round(places).astype(int).tolist(), strict=True)):
         left, top = round(x - (side - 1) / 2), round(y - (side - 1) / 2)
@@ -165,7 +162,7 @@ class SparkleDepth:
 
 
 def sparkle_measures(
-    pairs: tuple[Views, Views], sparkling: Mask, squares: list[Place], places: list[Floats]
+    pairs: tuple[ViewPair, ViewPair], sparkling: Mask, squares: list[Place], places: list[Floats]
 ) -> tuple[dict[str, EyesPair], tuple[SparkleDepth, SparkleDepth] | None]:
     """Return the measures of the sparkles of both pairs within ``sparkling``, and their numbers; none of too few."""
     if not (squares and sparkling.any()):
@@ -183,17 +180,17 @@ def sparkle_measures(
 
 
 def _sparkles(
-    views: Views, sparkling: Mask, squares: list[Place], places: Floats
+    views: ViewPair, sparkling: Mask, squares: list[Place], places: Floats
 ) -> tuple[SparkleDepth, Floats] | None:
     """Return the sparkles of a pair, and sums by squares (n, 4): left, right, both, px off the surface."""
     from scipy.spatial import KDTree
 
     try:
-        found = [find_peaks(plane, Threshold()) for plane in (views.left, views.right)]
+        found = [find_peaks(plane, Threshold()) for plane in views]
     except StimulusError:
         return None  # half of the picture is brighter than a sparkle has to be
     at = []
-    for plane, peaks in zip((views.left, views.right), found, strict=True):
+    for plane, peaks in zip(views, found, strict=True):
         here = sparkling[peaks.row, peaks.column]
         at.append(_tops(plane, peaks.row[here], peaks.column[here]))
     left, right = at

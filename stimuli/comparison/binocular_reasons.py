@@ -28,7 +28,7 @@ _Judge = Callable[[EyesPair, Limits], Reason]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class EyesEvidence:
+class BinocularEvidence:
     """What two eyes see: ``measures`` by name, which eye shows which view, and how many squares have a disparity.
 
     ``same_views`` is true if both views of the rendering are the same and the photograph's are not.
@@ -40,7 +40,7 @@ class EyesEvidence:
     same_views: bool = False
 
 
-def eyes_reasons(evidence: EyesEvidence | None, limits: Limits) -> list[Reason]:
+def binocular_reasons(evidence: BinocularEvidence | None, limits: Limits) -> list[Reason]:
     """Return whether both eyes see the rendering as they see the photograph, and faults by their name."""
     if evidence is None:
         return []
@@ -63,7 +63,7 @@ def eyes_reasons(evidence: EyesEvidence | None, limits: Limits) -> list[Reason]:
     return [*named, *_elsewhere(evidence, judged), *reasons, *_unknown(evidence)]
 
 
-def _exchanged(evidence: EyesEvidence) -> list[Reason]:
+def _exchanged(evidence: BinocularEvidence) -> list[Reason]:
     found = evidence.identity
     if found is None or found.way != "exchanged":
         return []
@@ -74,7 +74,7 @@ def _exchanged(evidence: EyesEvidence) -> list[Reason]:
     return [Reason("eyes", "exchanged", "fails", sentence, found.agreement - found.agreement_own)]
 
 
-def _flat(evidence: EyesEvidence) -> list[Reason]:
+def _flat(evidence: BinocularEvidence) -> list[Reason]:
     found, scale = evidence.identity, evidence.measures.get("depth scale")
     twice = found is not None and found.way in ("left twice", "right twice")
     if twice and scale is not None and abs(scale.rendering) > _FLAT_SCALE:
@@ -88,7 +88,7 @@ def _flat(evidence: EyesEvidence) -> list[Reason]:
     return [Reason("eyes", "flat", "fails", sentence, value)]
 
 
-def _elsewhere(evidence: EyesEvidence, judged: Mapping[str, Reason]) -> list[Reason]:
+def _elsewhere(evidence: BinocularEvidence, judged: Mapping[str, Reason]) -> list[Reason]:
     """Return a reason if one eye of the rendering shows something else than the photograph, and the other does not."""
     found = evidence.identity
     apart = any(name in judged and judged[name].outcome == "fails" for name in ("eye agreement", "one-eyed share"))
@@ -105,7 +105,7 @@ def _elsewhere(evidence: EyesEvidence, judged: Mapping[str, Reason]) -> list[Rea
     return [Reason("eyes", "one eye alone", "fails", sentence, bad)]
 
 
-def _unknown(evidence: EyesEvidence) -> list[Reason]:
+def _unknown(evidence: BinocularEvidence) -> list[Reason]:
     """Return a reason on depth that could not be compared."""
     if "disparity across" in evidence.measures:
         return []
