@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cyclopean.result import Result
+from devices.characterise import FitOptions
 from documents.options import made, taking
 from runner.reports import ComparisonOptions
 
@@ -70,13 +71,14 @@ def display(path: str | Path) -> Result[Display]:
     return Result(read, rows, f"Display {Path(path).name}: {across} x {down} px, modes {', '.join(sorted(every))}")
 
 
+@taking(FitOptions)
 def fit_display(
     measurements: str | Path,
     mode: str | None = None,
     *,
     codes: str | None = None,
-    observer: str | None = None,
     white_cd_m2: float | None = None,
+    **options: Any,
 ) -> Result[DisplayFit]:
     """Fit display models to measurements through the glasses, and choose the one that predicts held-out readings best.
 
@@ -89,11 +91,11 @@ def fit_display(
         The stereo mode that was measured; None takes the readings' own.
     codes
         The range of the codes of a CSV table that does not name it, such as ``0..255``.
-    observer
-        The colorimetric observer, such as ``CIE 2015 10``, for which the model is fitted from the readings' spectra;
-        None takes that of the readings.
     white_cd_m2
         Luminance of the white of an ICC profile that does not say how bright it is, above 0.
+    **options
+        As `devices.characterise.fit_display`: ``model``, ``eye``, ``observer``, ``seed``, ``keep_all`` and
+        ``correct_drift``.
 
     Returns
     -------
@@ -124,7 +126,7 @@ def fit_display(
     from devices.readings import read_measurements
 
     readings = read_measurements(Path(measurements), codes, white_cd_m2=white_cd_m2)
-    fitted = fit(readings, mode=mode, file=measurements, observer=observer)
+    fitted = fit(readings, mode=mode, file=measurements, **options)
     rows = [
         {"eye": eye, "chosen": candidate is own.characterisation.chosen, **candidate.to_json()}
         for eye, own in fitted.eyes.items()

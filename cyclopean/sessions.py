@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cyclopean.result import Result
+from documents.options import made, taking
+from runner.studies import StudyOptions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,31 +17,21 @@ if TYPE_CHECKING:
     from runner.studies import Kind, NewStudy
 
 
-def new_study(
-    folder: str | Path,
-    pictures: Sequence[str | Path],
-    kind: Kind = "pairs",
-    *,
-    mode: str | None = None,
-    question: str | None = None,
-    panel: str | None = None,
-) -> NewStudy:
-    """Write a study of ordinary pictures, ready to run; nothing is overwritten.
+@taking(StudyOptions)
+def new_study(folder: str | Path, pictures: Sequence[str | Path], kind: Kind = "pairs", **options: Any) -> NewStudy:
+    """Write a study of ordinary pictures, ready to run, as `cyclopean new` does and with the same options.
 
     Parameters
     ----------
     folder
-        The folder to make.
+        The folder to make; nothing is overwritten.
     pictures
         Picture files and folders of them.
     kind
         What observers do: ``pairs``, ``best``, ``rating`` or ``within-groups``.
-    mode
-        The stereo mode; None takes ``flat`` for flat pictures, else one that any screen shows.
-    question
-        What observers are asked; None takes one that suits ``kind``.
-    panel
-        Pixels and pixel pitch in mm of the screen, such as ``1920x1080,0.2768``; None asks the monitor.
+    **options
+        Those of `runner.studies.StudyOptions`, such as ``mode``, ``question`` and ``panel``; a text may stand for a
+        panel, such as ``1920x1080,0.2768``.
 
     Returns
     -------
@@ -51,11 +43,12 @@ def new_study(
     InputError
         If the folder is there already or a picture cannot be used; nothing is then written.
     """
-    from runner.studies import StudyOptions, panel_of
+    from devices.display import read_panel
     from runner.studies import new_study as write_study
 
-    options = StudyOptions(kind, mode, question, panel=panel_of(panel) if panel else None)
-    return write_study(folder, pictures, options)
+    if isinstance(panel := options.get("panel"), str):
+        options["panel"] = read_panel(panel)
+    return write_study(folder, pictures, made(StudyOptions, {"kind": kind, **options}))
 
 
 def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:

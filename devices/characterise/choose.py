@@ -14,7 +14,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.characterise.cross_validation import NAMES, CrossValidation, Name, repeats
+from devices.characterise.cross_validation import NAMES, CrossValidation, repeats
 from devices.characterise.figures import (
     Errors,
     ModelNumbers,
@@ -25,6 +25,7 @@ from devices.characterise.figures import (
     table_error_codes,
 )
 from devices.characterise.light_errors import LightError, light_errors, worse
+from devices.characterise.options import Name
 from devices.characterise.outliers import Screened, screen
 from devices.characterise.patches import Patches
 from devices.characterise.readings_check import check_readings

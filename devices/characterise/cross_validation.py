@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import Kind
+from devices.characterise.options import Name
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches
 from devices.characterise.residual_fit import fit_curves_too, fit_residual
@@ -23,7 +24,6 @@ from devices.display.plvc import Plvc
 from documents.arrays import Floats
 
 Rows = NDArray[np.intp]
-Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc", "residual"]
 NAMES: tuple[Name, ...] = ("gamma", "gog", "ggo", "gogo", "table", "plvc", "residual")
 PARAMETRIC: tuple[Kind, ...] = ("gamma", "gog", "ggo", "gogo")
 FOLDS = 5

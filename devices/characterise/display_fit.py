@@ -5,40 +5,39 @@ Where the readings are of either eye, each eye is fitted by itself.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from devices.characterise.choose import characterise
-from devices.characterise.cross_validation import Name
 from devices.characterise.fitted_display import DisplayFit, EyeFit, origin_of
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
+from devices.characterise.options import FileOptions, FitOptions, Name
+from devices.characterise.profile_mode import ProfileMode, read_profile_mode
 from devices.characterise.thesis import thesis_fits
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.drift import estimate_drift
+from devices.diagnostics.measured_sets import read_sets
 from devices.diagnostics.readings import is_plain, part_of_picture, plain, tag
 from devices.diagnostics.room_light import RoomLight, without_room
 from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.readings import Measurements, PatchEye
 from devices.readings.spectra import for_observer
-from documents import one_blas_thread
+from documents import Finding, one_blas_thread
+from documents.options import made, taking
 from documents.text import counted
 
 _USED_TAGS = frozenset({"other", "place", "no-glasses", "screen-off"})
 
 
-@one_blas_thread()
+@taking(FitOptions)
 def fit_display(
     measurements: Measurements,
     *,
-    model: Name | Literal["auto", "none"] = "auto",
-    eye: PatchEye = "both",
-    mode: str | None = None,
     without_glasses: Measurements | None = None,
-    seed: int = 1,
-    keep_all: bool = False,
     file: str | Path = "readings",
-    observer: str | None = None,
-    correct_drift: bool = True,
+    **options: Any,
 ) -> DisplayFit:
     """Fit display models to measurements, and choose the one that predicts held-out readings best.
 
@@ -46,26 +45,14 @@ def fit_display(
     ----------
     measurements
         Readings of patches; `devices.readings.read.read_measurements` reads them from a file.
-    model
-        The display model. ``auto`` takes the simplest that predicts held-out readings well, ``none`` fits none.
-    eye
-        The eye that the readings were taken for. With ``both``, readings that name either eye are fitted apart.
-    mode
-        The stereo mode; None takes the readings' own.
     without_glasses
         Readings of the same patches without the glasses.
-    seed
-        Random seed of the cross-validation folds.
-    keep_all
-        Whether readings that no model predicts from the others are kept, not left out.
     file
         The file of the measurements, which the source in a display file names.
-    observer
-        The colorimetric observer of the model, such as ``CIE 2015 10``; for another than that of the readings they
-        need spectra. None takes that of the readings.
-    correct_drift
-        Whether readings are brought to the end of the run by the patches that were read more than once, where these
-        show a drift (`devices.diagnostics.drift`).
+    **options
+        Those of `FitOptions`: ``mode``, ``eye``, ``model``, ``observer``, ``seed``, ``keep_all`` and
+        ``correct_drift``. With ``eye="both"``, readings that name either eye are fitted apart; for another
+        ``observer`` than that of the readings they need spectra.
 
     Returns
     -------
@@ -86,7 +73,63 @@ def fit_display(
     >>> fit.eyes["both"].characterisation.chosen.held_out.mean < 0.01
     True
     """
-    measurements = for_observer(measurements, observer or measurements.observer, str(file))
+    return _fit(measurements, made(FitOptions, options), without_glasses, file)
+
+
+def fit_file(file: str | Path, options: FileOptions | None = None) -> DisplayFit | ProfileMode:
+    """Fit display models to a file of measurements, and write the chosen one into a display file.
+
+    Parameters
+    ----------
+    file
+        Measurements, as `devices.readings.read_measurements` reads them. Of an ICC profile without measurements inside
+        the matrix and curves are taken as they are, unless a model, readings without glasses or an observer is named.
+    options
+        How the file is read and fitted, and what is written.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or written, the readings are not those of a display, or a mode or panel is lacking.
+    """
+    options = options or FileOptions()
+    fit, output = options.fit, options.output
+    alone = fit.model == "auto" and options.without_glasses is None and fit.observer in (None, DEFAULT_OBSERVER)
+    stated = read_profile_mode(file, options.white_cd_m2) if alone else None
+    if stated is not None:
+        _require_for_writing(options, fit.mode, options.panel)
+        stated = replace(stated, mode=fit.mode, eye=fit.eye)
+        if output and fit.mode:
+            stated = stated.write(output, fit.mode, options.panel, eye=fit.eye, replace=options.replace)
+        return stated
+    files = [Path(path) for path in (file, options.without_glasses) if path]
+    measured, *bare = read_sets(files, options.code_range, None, white_cd_m2=options.white_cd_m2)
+    readings = plain(measured.measurements)
+    _require_for_writing(options, fit.mode or readings.mode, options.panel or readings.panel)
+    without_glasses = bare[0].measurements if bare else None
+    fitted = replace(_fit(measured.measurements, fit, without_glasses, file), brief=options.brief)
+    return fitted.write(output, options.panel, replace=options.replace) if output else fitted
+
+
+def _require_for_writing(options: FileOptions, mode: str | None, panel: object) -> None:
+    """Refuse at once, before anything is fitted, what would be missing for the display file."""
+    missing: list[Finding] = []
+    if options.output and not mode:
+        missing.append(Finding("the measurements do not name a mode", remedy="give --mode with -o"))
+    if options.output and not panel and not options.output.exists():
+        what = f"there is no display file {options.output} yet"
+        missing.append(Finding(what, remedy="a new one needs --panel 1920x1080,0.2768"))
+    if missing:
+        raise DeviceError(missing)
+
+
+@one_blas_thread()
+def _fit(
+    measurements: Measurements, options: FitOptions, without_glasses: Measurements | None, file: str | Path
+) -> DisplayFit:
+    """Return what `fit_display` does, by ``options``."""
+    model, eye = options.model, options.eye
+    measurements = for_observer(measurements, options.observer or measurements.observer, str(file))
     if without_glasses is not None:
         without_glasses = for_observer(without_glasses, measurements.observer)
     settings = MonitorSettings.parse(measurements.monitor_settings, str(file))
@@ -98,7 +141,7 @@ def fit_display(
     if model != "none":
         for each in chosen_eyes:
             own = readings if each == "both" else readings.for_eye(each)
-            eyes[each] = _fit_eye(own, model, seed, keep_all=keep_all, correct_drift=correct_drift)
+            eyes[each] = _fit_eye(own, model, options)
     origin = origin_of(str(file), readings.instrument)
     parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
     notes = [*parts.notes, *_notes_on_tags(measurements), *_notes_on_part(readings), *settings.doubts]
@@ -112,7 +155,7 @@ def fit_display(
         notes.append(f"the readings hold with the gamma table that was loaded, which is {loaded.sentence()}")
     through = set(readings.eye)
     lens = readings.eye[0] if chosen_eyes == ("both",) and len(through) == 1 and "both" not in through else None
-    named = mode or readings.mode or None
+    named = options.mode or readings.mode or None
     return DisplayFit(
         named,
         eyes,
@@ -141,17 +184,15 @@ def _on_the_room(lens: PatchEye, light: RoomLight, *, taken_off: bool, fitted: b
     return words if fitted else f"{words} For the display file: {light.lines()[0]}"
 
 
-def _fit_eye(
-    readings: Measurements, model: Name | Literal["auto"], seed: int, *, keep_all: bool, correct_drift: bool
-) -> EyeFit:
-    drift = estimate_drift(readings) if correct_drift else None
+def _fit_eye(readings: Measurements, model: Name | Literal["auto"], options: FitOptions) -> EyeFit:
+    drift = estimate_drift(readings) if options.correct_drift else None
     notes: tuple[str, ...] = ()
     if drift is not None and drift.seen:
         readings = drift.corrected(readings)
         notes = (f"{drift.words}; the readings were brought to the end of the run, --no-drift-correction keeps them",)
     else:
         drift = None
-    characterisation = characterise(readings, model, seed=seed, keep_all=keep_all)
+    characterisation = characterise(readings, model, seed=options.seed, keep_all=options.keep_all)
     notes += characterisation.notes
     patches = characterisation.patches
     try:

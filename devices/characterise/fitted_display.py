@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -11,6 +12,7 @@ from devices.characterise.choose import Characterisation
 from devices.characterise.measured_parts import MeasuredParts
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.thesis import ThesisFits
+from devices.characterise.told import black_words, candidates_table, curves_tables, notes, thesis_tables
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.drift import Drift
 from devices.diagnostics.room_light import RoomLight
@@ -22,6 +24,7 @@ from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from devices.readings import PatchEye
 from documents import Finding
+from documents.pages import Block
 from documents.text import JsonResult
 
 
@@ -40,13 +43,23 @@ class EyeFit(JsonResult):
     json_keys: ClassVar = {"characterisation": "*", "notes": "said"}
     json_names: ClassVar = "characterisation characterisation.chosen.numbers notes drift thesis"
 
-
-@dataclass(frozen=True, slots=True)
-class WrittenMode:
-    """What `DisplayFit.write` did, in sentences, and the ``notes`` on what it wrote."""
-
-    words: str
-    notes: tuple[str, ...]
+    def told(self, *, brief: bool) -> Iterator[str | Block]:
+        """Yield the thesis's tables unless ``brief``, every candidate, the chosen one's numbers, and where it errs."""
+        found = self.characterisation
+        if self.thesis and not brief:
+            yield from thesis_tables(self.thesis)
+        yield candidates_table(found.candidates, found.chosen.name)
+        yield f"Chosen: {found.chosen.name}, because {found.reason}."
+        yield from curves_tables(found.chosen.numbers)
+        yield black_words(found.chosen.numbers, found.patches.black_read)
+        for candidate in found.candidates:
+            if candidate.unusable:
+                yield f"{candidate.name}: {candidate.unusable}."
+            for name in candidate.at_bound:
+                yield f"{candidate.name}: {name} ended at the edge of what is allowed."
+        yield "Where it errs:"
+        yield from (f"  {sentence}" for sentence in found.where_it_errs)
+        yield from notes(self.notes)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +96,10 @@ class DisplayFit(JsonResult):
     room
         By lens, the room's light from the screen while it is off, and whether it was taken off the readings; the
         display file has it as ``ambient_XYZ_cd_m2``.
+    written
+        What was written into a display file, in sentences; empty for nothing.
+    brief
+        Whether people read nothing of the thesis's methods.
     """
 
     mode: str | None
@@ -98,8 +115,29 @@ class DisplayFit(JsonResult):
     gamma_table: GammaTable | None = None
     monitor_settings: MonitorSettings = field(default_factory=MonitorSettings)
     room: Mapping[PatchEye, RoomLight] = field(default_factory=dict)
+    written: str = ""
+    brief: bool = False
     json_keys: ClassVar = {"notes": "said", "eyes": "*"}
-    json_names: ClassVar = "mode observer parts room notes eyes"
+    json_names: ClassVar = "file mode observer parts room notes eyes written"
+    json_optional: ClassVar = ("written",)
+
+    def told(self) -> Iterator[str | Block]:
+        """Yield what people read of each eye's fit, of what tagged readings give, and what was written."""
+        if self.eyes:
+            yield f"Colorimetric observer: {self.observer}°"
+        for eye, fit in self.eyes.items():
+            if eye != "both":
+                yield f"{eye.capitalize()} eye"
+            yield from fit.told(brief=self.brief)
+        for one in self.parts.diagnoses:
+            if one.value is not None:
+                yield f"{one.title}: {one.words}"
+        for eye, diagnoses in self.parts.glasses.items():
+            for one in diagnoses:
+                yield f"{one.title}{'' if eye == 'both' else f', {eye} eye'}: {one.words}"
+        yield from notes(self.notes)
+        if self.written:
+            yield self.written
 
     def mode_lines(self) -> ModeLines:
         """Return the mode as lines of a display file."""
@@ -134,7 +172,7 @@ class DisplayFit(JsonResult):
         """Whether there is something to write beside a model: crosstalk, a gain map, the room's light."""
         return bool(self.parts.lines or self._room_alone())
 
-    def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> WrittenMode:
+    def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> DisplayFit:
         """Write the mode into a display file; all else in the file stays as it is.
 
         Parameters
@@ -146,6 +184,11 @@ class DisplayFit(JsonResult):
         replace
             Whether a characterisation, crosstalk or gain map that the mode has already is overwritten.
 
+        Returns
+        -------
+        DisplayFit
+            The fit, with what was ``written`` and the notes on it.
+
         Raises
         ------
         DeviceError
@@ -156,14 +199,15 @@ class DisplayFit(JsonResult):
             raise DeviceError(Finding("the readings do not name a mode", remedy="name one with --mode"))
         if not self.eyes and not self.has_parts:
             raise DeviceError(Finding("there is no model, crosstalk, gain map or room's light to write", str(file)))
-        notes: list[str] = []
+        said = list(self.notes)
         if self.lens is not None:
             words = f"the {self.lens} lens stands for both eyes in the display file"
-            notes.append(f"{words}; --eye {self.lens} writes that eye alone")
+            said.append(f"{words}; --eye {self.lens} writes that eye alone")
         if panel is None and self.panel and not file.exists():
             panel = self._measured_panel()
-            notes.append(f"the panel is the one that was measured: {panel.text}")
-        return WrittenMode(write_mode(file, self.mode, self.mode_lines(), panel, replace=replace), tuple(notes))
+            said.append(f"the panel is the one that was measured: {panel.text}")
+        written = write_mode(file, self.mode, self.mode_lines(), panel, replace=replace)
+        return dataclasses.replace(self, written=written, notes=tuple(said))
 
     def _measured_panel(self) -> PanelSpec:
         try:

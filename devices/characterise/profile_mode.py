@@ -2,32 +2,61 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from devices.characterise.figures import ModelNumbers
 from devices.characterise.mode_file import ModeLines, write_mode
+from devices.characterise.told import black_words, curves_tables, notes
 from devices.display import DisplayModel, GammaTable, PanelSpec
 from devices.display.model_spec import ModelSpec
 from devices.profiles import model_of_profile, read_profile
 from devices.readings import PROFILE_ENDINGS, PatchEye, carried
 from documents.arrays import Floats
+from documents.pages import Block
 from documents.text import JsonResult
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProfileMode(JsonResult):
-    """A display model that an ICC profile states, ``notes`` in sentences, and the gamma table that it goes with."""
+    """A display model that an ICC profile states, ``notes`` in sentences, and the gamma table that it goes with.
+
+    ``written`` is what was written of it into the ``mode`` of a display file, in sentences, for ``eye``.
+    """
 
     file: str
     model: DisplayModel
     notes: tuple[str, ...]
     gamma_table: GammaTable | None = None
-    json_keys: ClassVar = {"file": None, "model": None, "gamma_table": None, "notes": "said", "kind": "model"}
-    json_also: ClassVar = ("kind", "white_XYZ_cd_m2", "numbers")
+    mode: str | None = None
+    eye: PatchEye = "both"
+    written: str = ""
+    json_keys: ClassVar = {"notes": "said", "kind": "model"}
+    json_names: ClassVar = "notes kind white_XYZ_cd_m2 numbers"
+    json_only: ClassVar = "facts"
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What a command prints as JSON."""
+        facts = {"file": self.file, "mode": self.mode, self.eye: self}
+        return facts | ({"written": self.written} if self.written else {})
+
+    def told(self) -> Iterator[str | Block]:
+        """Yield what people read of it, and what was written."""
+        white = " ".join(f"{value:.4g}" for value in self.white_XYZ_cd_m2)
+        yield f"The profile's matrix and curves, as they are ({self.kind}); its white: {white} cd/m²"
+        yield from curves_tables(self.numbers)
+        yield black_words(self.numbers, None)
+        yield from notes(
+            (*self.notes, "nothing in the profile says how well it describes the display: display verify does")
+        )
+        if self.written:
+            yield self.written
 
     @property
     def kind(self) -> str:
@@ -52,7 +81,7 @@ class ProfileMode(JsonResult):
         *,
         eye: PatchEye = "both",
         replace: bool = False,
-    ) -> str:
+    ) -> ProfileMode:
         """Write the model into a display file; all else in the file stays as it is.
 
         Parameters
@@ -70,8 +99,8 @@ class ProfileMode(JsonResult):
 
         Returns
         -------
-        str
-            What was done, in sentences.
+        ProfileMode
+            It, with what was ``written``.
 
         Raises
         ------
@@ -80,7 +109,8 @@ class ProfileMode(JsonResult):
         """
         source = f"matrix and curves of the ICC profile {Path(self.file).name}, as they are"
         spec = ModelSpec.of(self.model, source=source, gamma_table=self.gamma_table and self.gamma_table.to_json())
-        return write_mode(Path(file), mode, ModeLines({eye: spec.lines()}, {}), panel, replace=replace)
+        written = write_mode(Path(file), mode, ModeLines({eye: spec.lines()}, {}), panel, replace=replace)
+        return dataclasses.replace(self, written=written)
 
 
 def read_profile_mode(path: str | Path, white_cd_m2: float | None = None) -> ProfileMode | None:

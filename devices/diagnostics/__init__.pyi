@@ -1,6 +1,7 @@
 from .chromaticity_diagrams import locus_line as locus_line
 from .diagnosis import Colour as Colour
 from .diagnosis import Diagnosis as Diagnosis
+from .diagnosis import JudgeOptions as JudgeOptions
 from .diagnosis import Line as Line
 from .diagnosis import Panel as Panel
 from .diagnosis import Verdicts as Verdicts

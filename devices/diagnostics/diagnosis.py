@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
 
+from documents.options import Typed
 from documents.text import JsonResult
 
 Colour = Literal["red", "green", "blue", "grey", "ink", "soft", "accent"]
@@ -127,6 +129,31 @@ class Verdicts(JsonResult):
         if not self.failed:
             return f"All {judged} checks that could be made passed.{rest}"
         return f"{self.failed} of {judged} checks failed.{rest}"
+
+
+@dataclass(frozen=True, slots=True)
+class JudgeOptions:
+    """What a display's readings are judged with.
+
+    Attributes
+    ----------
+    display
+        Display file to compare the readings with.
+    mode
+        Stereo mode in it. Default: that of the readings, or the only one.
+    without_glasses
+        Readings of the same patches without glasses.
+    codes
+        Range of the codes in the files: 0..1, 0..255 or 0..1023.
+    white_cd_m2
+        Luminance of the white, of ICC profiles that do not say it.
+    """
+
+    display: Path | None = None
+    mode: str | None = None
+    without_glasses: Path | None = None
+    codes: Annotated[str | None, Typed(metavar="RANGE")] = None
+    white_cd_m2: Annotated[float | None, Typed(metavar="CD_M2", least=0, above=True)] = None
 
 
 @dataclass(frozen=True, slots=True)

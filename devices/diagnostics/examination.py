@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
-from devices.diagnostics.diagnosis import Diagnosis, Verdicts
+from devices.diagnostics.diagnosis import Diagnosis, JudgeOptions, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, gamuts, model_difference
 from devices.diagnostics.measured_sets import MeasuredSet, by_eye, read_sets
@@ -30,6 +31,7 @@ from devices.readings import Measurements, PatchEye
 from devices.readings.spectra import for_observer
 from devices.readings.table import CIE_1931_2
 from documents import Finding
+from documents.options import made, taking
 
 Examination = Callable[[Measurements], Diagnosis]
 # Checks of readings of a special place, angle or surround.
@@ -65,31 +67,16 @@ CHECKS: tuple[Examination, ...] = (
 )
 
 
-def judge_display(
-    files: Sequence[Path],
-    *,
-    display: Path | None = None,
-    mode: str | None = None,
-    without_glasses: Path | None = None,
-    codes: str | None = None,
-    white_cd_m2: float | None = None,
-) -> Verdicts:
+@taking(JudgeOptions)
+def judge_display(files: Sequence[Path], **options: Any) -> Verdicts:
     """Judge a display by its measurements.
 
     Parameters
     ----------
     files
         Files of measurements, as `devices.readings.read.read_measurements` reads them.
-    display
-        The display file to compare the readings with.
-    mode
-        The stereo mode in it; None takes that of the readings, or the only one.
-    without_glasses
-        Readings of the same patches without glasses.
-    codes
-        The range of the codes of CSV files that do not name it, such as ``0..255``.
-    white_cd_m2
-        Luminance of the white of ICC profiles among them that do not say how bright it is.
+    **options
+        Those of `JudgeOptions`: ``display``, ``mode``, ``without_glasses``, ``codes`` and ``white_cd_m2``.
 
     Returns
     -------
@@ -113,9 +100,13 @@ def judge_display(
     >>> verdicts.diagnoses[0].name
     'repeatability'
     """
+    given = made(JudgeOptions, options)
+    display, codes, white_cd_m2 = given.display, given.codes, given.white_cd_m2
+    if given.mode is not None and display is None:
+        raise DeviceError("a mode is one of a display file: name that too (--display)")
     sets = read_sets(files, codes, white_cd_m2=white_cd_m2)
-    bare = read_sets([without_glasses], codes, white_cd_m2=white_cd_m2)[0] if without_glasses is not None else None
-    models, observer = _models(display, mode, sets) if display is not None else (None, CIE_1931_2)
+    bare = read_sets([given.without_glasses], codes, white_cd_m2=white_cd_m2)[0] if given.without_glasses else None
+    models, observer = _models(display, given.mode, sets) if display is not None else (None, CIE_1931_2)
     diagnoses = examine(sets, models=models, observer=observer, without_glasses=bare)
     every = [*sets, *([bare] if bare is not None else [])]
     notes = [f"{measured.label}: {words}" for measured in every for words in measured.measurements.assumptions]

@@ -11,7 +11,7 @@ the spectra of screen and daylight differ, so that a match for one observer is n
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +27,9 @@ from devices.colour_matching import (
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.errors import DeviceError
 from devices.readings import Measurements
-from documents import Finding
+from documents import Finding, pages
 from documents.arrays import Floats
+from documents.pages import Block
 from documents.text import counted
 
 _FULL, _DARK = 0.999, 1e-3
@@ -130,6 +131,8 @@ class ObserverMetamerism:
         The names of objects that the screen cannot match; their rows are NaN.
     notes
         Sentences on the readings.
+    who
+        Who the individual observers are, and in what field they see, in words.
     """
 
     objects: tuple[str, ...]
@@ -142,6 +145,23 @@ class ObserverMetamerism:
     standard_delta_e_00: Mapping[str, Floats]
     outside: tuple[str, ...]
     notes: tuple[str, ...]
+    who: str = "observers see"
+
+    def told(self) -> Iterator[str | Block]:
+        """Yield what people read of it: each object's differences, and who sees the largest."""
+        white = f"white at {self.white_luminance_cd_m2:.4g} cd/m²"
+        yield f"Matched for {self.matched_for}, {white}; ΔE00 that {self.who}"
+        headings = ("object", "median", "90 %", "95 %", "worst", "seen by", *self.standard_delta_e_00)
+        yield pages.Table.of_texts("", headings, map(self._cells, range(len(self.objects))), words=(0, 5))
+        yield from (f"Note: {note}." for note in self.notes)
+
+    def _cells(self, index: int) -> list[str]:
+        name, of = self.objects[index], self.summary(index)
+        if name in self.outside:
+            return [name, *["–"] * 4, "outside the gamut", *["–"] * len(self.standard_delta_e_00)]
+        numbers = [f"{of[key]:.2f}" for key in ("median", "p90", "p95", "worst")]
+        standard = [f"{values[index]:.2f}" for values in self.standard_delta_e_00.values()]
+        return [name, *numbers, str(of["worst_observer"]), *standard]
 
     def summary(self, index: int) -> dict[str, Any]:
         """Return median, 90th and 95th percentile and worst ΔE00 of object number ``index``, and who sees the worst."""

@@ -2,7 +2,6 @@ from .code_table import code_tables as code_tables
 from .code_table import entries_for as entries_for
 from .code_table import knotted_codes as knotted_codes
 from .code_table import table_codes as table_codes
-from .contrast_sensitivity import CHROMATIC_CYCLES_PER_DEGREE as CHROMATIC_CYCLES_PER_DEGREE
 from .contrast_sensitivity import FinestDetail as FinestDetail
 from .contrast_sensitivity import contrast_sensitivity as contrast_sensitivity
 from .contrast_sensitivity import finest_visible as finest_visible
@@ -29,16 +28,17 @@ from .model import DisplayModel as DisplayModel
 from .model import Eye as Eye
 from .model import EyeModels as EyeModels
 from .monitor_settings import MonitorSettings as MonitorSettings
-from .nominal import NEXT_STEP as NEXT_STEP
 from .nominal import NOT_MEASURED as NOT_MEASURED
 from .nominal import Nominal as Nominal
-from .nominal import NominalKind as NominalKind
 from .nominal import NominalSpec as NominalSpec
 from .nominal import write_nominal_display as write_nominal_display
+from .options import NominalKind as NominalKind
+from .options import NominalOptions as NominalOptions
 from .panel import AskMonitor as AskMonitor
 from .panel import PanelSpec as PanelSpec
 from .panel import ReportedMonitor as ReportedMonitor
 from .panel import panel_of_monitor as panel_of_monitor
+from .panel import read_panel as read_panel
 from .plvc import MIXTURES as MIXTURES
 from .plvc import MOST_STEPS as MOST_STEPS
 from .plvc import NODES as NODES

@@ -11,7 +11,8 @@ from devices.display.held_out import HeldOut
 from devices.display.model import EYES, Eye, EyeModels
 from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, GammaTableSpec, ModelSpec
 from devices.display.monitor_settings import MonitorSettings
-from devices.display.nominal import Nominal, NominalKind, refuse_black
+from devices.display.nominal import Nominal, refuse_black
+from devices.display.options import NominalKind
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents.yaml import NotNegative, Positive, Strict

@@ -9,11 +9,11 @@ its reference display has an offset of 0, and veiling glare is a fact of the vie
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -22,6 +22,7 @@ from devices.colour import D65_XY, DISPLAY_P3_PRIMARIES_XY, SRGB_PRIMARIES_XY, r
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.curves import Curve, SrgbCurve, ToneCurve, bt1886_curve
 from devices.display.model import DisplayModel
+from devices.display.options import NominalKind, NominalOptions
 from devices.display.panel import PANEL_EXAMPLE, AskMonitor, PanelSpec, panel_of_monitor
 from devices.errors import DeviceError
 from documents import Finding
@@ -30,10 +31,8 @@ from documents.files import write_whole, writing
 from documents.text import JsonResult
 from documents.yaml import NotNegative, Positive, Strict
 
-NominalKind = Literal["srgb", "gamma2.2", "bt1886", "display-p3"]
 NOT_MEASURED = "nominal, not measured"
 NOMINAL_OBSERVER = DEFAULT_OBSERVER  # that of the chromaticities of the standards
-NEXT_STEP = "measure it: cyclopean display measure"
 _BLACK_SHARE = 0.001
 _NAMES: Mapping[str, str] = MappingProxyType(
     {"srgb": "sRGB", "gamma2.2": "gamma 2.2", "bt1886": "BT.1886", "display-p3": "Display P3"}
@@ -102,6 +101,7 @@ class Nominal(JsonResult):
     panel_from: str = ""
     json_also: ClassVar = ("words",)
     json_optional: ClassVar = ("panel_from",)
+    next_step: ClassVar = "measure it: cyclopean display measure"
 
     @classmethod
     def of(
@@ -175,39 +175,65 @@ white_cd_m2: {white:<8}      # luminance of white without glasses: from the moni
 """
 
 
-def write_nominal_display(path: Path, spec: NominalSpec, ask_monitor: AskMonitor | None = None) -> Nominal:
+@dataclass(frozen=True, slots=True)
+class NominalFile(JsonResult):
+    """The ``file`` of a nominal display that was written, and its panel."""
+
+    file: Path
+    nominal: Nominal
+    panel: PanelSpec
+
+    def told(self) -> Iterator[str]:
+        """Yield what was written, and what comes next."""
+        across, down = self.panel.resolution_px
+        size = f"{across} x {down} px of {self.panel.pixel_pitch_mm:g} mm, {self.panel.refresh_hz:g} Hz"
+        yield f"wrote {self.file}: {NOT_MEASURED}: {self.nominal.words}; {size}"
+        yield f"Name it in a rig: display: {self.file.name}. Next step, {self.nominal.next_step}"
+
+
+def write_nominal_display(
+    path: Path, options: NominalOptions | None = None, ask_monitor: AskMonitor | None = None
+) -> NominalFile:
     """Write the display file of a nominal display, which serves every stereo mode, with comments.
 
     Parameters
     ----------
     path
         The file to write; its folder must be there, and the file must not.
-    spec
+    options
         The standard, white, black and panel.
     ask_monitor
-        Called for the monitor where ``spec`` has no panel.
+        Called for the monitor where ``options`` has no panel.
 
     Returns
     -------
-    Nominal
-        The display.
+    NominalFile
+        The display, and its panel.
 
     Raises
     ------
     DeviceError
-        If the panel is not known, the file is there already, or it cannot be written.
+        If the black is not below the white, the panel is not known, the file is there already, or it cannot be written.
 
     Examples
     --------
     >>> import tempfile
-    >>> from devices.display import read_display
     >>> panel = PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.2768)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "monitor.yaml")
-    ...     _ = write_nominal_display(file, NominalSpec(nominal="srgb", white_cd_m2=100, panel=panel))
-    ...     read_display(file).nominal.words
+    ...     write_nominal_display(Path(folder, "monitor.yaml"), NominalOptions(panel=panel)).nominal.words
     'sRGB: white 100 cd/m², black 0.1 cd/m² (assumed), without glasses'
     """
+    options = options or NominalOptions()
+    try:
+        refuse_black(options.white_cd_m2, options.black_cd_m2)
+    except ValueError as error:
+        raise DeviceError(str(error)) from None
+    spec = NominalSpec(
+        nominal=options.nominal,
+        white_cd_m2=options.white_cd_m2,
+        black_cd_m2=options.black_cd_m2,
+        panel=options.panel,
+    )
     try:
         panel, panel_from = spec.with_panel(ask_monitor)
     except DeviceError as error:
@@ -231,4 +257,4 @@ def write_nominal_display(path: Path, spec: NominalSpec, ask_monitor: AskMonitor
         )
     with writing(path, "display file", DeviceError):
         write_whole(path, text, make_folder=False)
-    return nominal
+    return NominalFile(path, nominal, panel)

@@ -75,6 +75,21 @@ class PanelSpec(Strict):
         return f"panel: {yaml_text(self.model_dump())}"
 
 
+def read_panel(text: str) -> PanelSpec:
+    """Return the panel that a person typed, such as ``1920x1080,0.2768,120,8``: as `PanelSpec.parse`.
+
+    Raises
+    ------
+    DeviceError
+        If it is none.
+    """
+    try:
+        return PanelSpec.parse(text)
+    except ValueError as error:
+        remedy = "pixels, pixel pitch in mm, and if need be Hz and bits, such as 1920x1080,0.2768,120,8"
+        raise DeviceError(Finding(f"'{text}' is no panel", remedy=remedy)) from error
+
+
 @dataclass(frozen=True, slots=True)
 class ReportedMonitor:
     """What a monitor reports of itself: pixels, size in mm (0 where it is not known), and Hz, None if not known."""

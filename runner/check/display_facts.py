@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from devices.display import NEXT_STEP, NOT_MEASURED, Nominal, Rig
+from devices.display import NOT_MEASURED, Nominal, Rig
 from documents import Finding
 from runner.check.report import CheckReport
 from runner.presenter.modes.options import ModeOptions
@@ -64,7 +64,7 @@ def check_nominal(report: CheckReport, nominal: Nominal | None) -> None:
         return
     report.facts["display"] = f"{NOT_MEASURED}: {nominal.words}"
     what = f"the display is {NOT_MEASURED}: its colours are those of a standard, not of this display"
-    report.warnings.append(Finding(what, str(report.file), remedy=NEXT_STEP))
+    report.warnings.append(Finding(what, str(report.file), remedy=nominal.next_step))
 
 
 def check_onsets(report: CheckReport, rig: Rig) -> None:

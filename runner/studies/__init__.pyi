@@ -1,7 +1,6 @@
 from .contents import typed as typed
 from .options import Kind as Kind
 from .options import StudyOptions as StudyOptions
-from .screen import panel_of as panel_of
 from .shipped import CopiedStudy as CopiedStudy
 from .shipped import copy_shipped as copy_shipped
 from .shipped import shipped_studies as shipped_studies

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import subprocess
+import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any, get_args
@@ -155,6 +157,19 @@ def commands(experiment: PurePath, label: str) -> tuple[tuple[str, ...], ...]:
         ("cyclopean", "run", str(experiment), "--observer", "01"),
         ("cyclopean", "report", str(PurePath("results", label))),
     )
+
+
+def next_steps(line: str, notes: Iterable[str], commands: Iterable[tuple[str, ...]]) -> Iterator[str]:
+    """Yield a line on a study, the notes, and what to type next.
+
+    The program is called as it was where the shell would not find it.
+    """
+    called = sys.argv[0]
+    program = "cyclopean" if shutil.which("cyclopean") or Path(called).stem != "cyclopean" else called
+    yield line
+    yield from (f"  {note}" for note in notes)
+    yield "Next:"
+    yield from (f"  {typed([program, *words[1:]])}" for words in commands)
 
 
 def typed(words: tuple[str, ...] | list[str]) -> str:

@@ -32,7 +32,7 @@ class StudyOptions:
     display
         Display or rig file of a display that was measured. Default: a nominal sRGB display.
     panel
-        Pixels and pixel pitch of the nominal display. Default: what the monitor reports.
+        Pixels and pixel pitch in mm of the nominal display. Default: what the monitor reports.
     distance_mm
         From the eyes to the screen in mm. Default: 600.
     monitors
@@ -49,7 +49,7 @@ class StudyOptions:
     question: str | None = None
     white_cd_m2: Annotated[float | None, Typed("--white")] = None
     display: Path | None = None
-    panel: PanelSpec | None = None
+    panel: Annotated[PanelSpec | None, Typed(metavar="1920x1080,0.2768", read="devices.display.read_panel")] = None
     distance_mm: Annotated[float | None, Typed("--distance")] = None
     monitors: Annotated[tuple[str, ...], MONITOR] = ()
     fit: bool | None = None

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from devices.display import Display, PanelSpec, ReportedMonitor, panel_of_monitor, read_display, read_rig
-from documents import Finding, InputError
+from documents import InputError
 from documents.files import beside
 from documents.yaml import read_yaml
 
@@ -34,21 +34,6 @@ class StudyScreen:
     rig: Mapping[str, Any] | None = None
     copies: Mapping[str, Path] = field(default_factory=dict)
     white_cd_m2: Mapping[str, float] = field(default_factory=dict)
-
-
-def panel_of(text: str) -> PanelSpec:
-    """Return the panel that a person typed, such as ``1920x1080,0.2768``: pixels, and pixel pitch in mm.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
-    try:
-        return PanelSpec.parse(text)
-    except ValueError as error:
-        remedy = "pixels and pixel pitch in mm, such as 1920x1080,0.2768"
-        raise InputError(Finding(f"'{text}' is no panel", remedy=remedy)) from error
 
 
 def nominal_screen(panel: PanelSpec | None, monitor: ReportedMonitor | PanelSpec | None) -> StudyScreen:

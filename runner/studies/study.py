@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,7 +19,15 @@ from runner.presenter import find_mode
 from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol import Experiment, read_experiment
 from runner.session.picture_source import Progress, no_progress
-from runner.studies.contents import EXPERIMENT, KINDS, StudyDesign, commands, copies_of_pictures, written_files
+from runner.studies.contents import (
+    EXPERIMENT,
+    KINDS,
+    StudyDesign,
+    commands,
+    copies_of_pictures,
+    next_steps,
+    written_files,
+)
 from runner.studies.gather import Grouping, Member, by_folder, gather, groups_of_pairs
 from runner.studies.options import StudyOptions
 from runner.studies.plan import plan_sizes
@@ -42,9 +50,16 @@ class NewStudy(JsonResult):
     notes: tuple[str, ...]
     commands: tuple[tuple[str, ...], ...]
 
+    def told(self) -> Iterator[str]:
+        """Yield how large the study is, what was decided, and what to type next."""
+        size = f"{counted(self.pictures, 'picture', 'pictures')}, {counted(self.trials, 'trial', 'trials')}"
+        minutes = counted(max(1, round(self.minutes)), "minute", "minutes")
+        line = f"{self.folder}: {size}, about {minutes} for each observer."
+        yield from next_steps(line, self.notes, self.commands)
+
 
 def new_study(
-    folder: str | Path,
+    folder: str | Path | None,
     pictures: Sequence[str | Path],
     options: StudyOptions | None = None,
     *,
@@ -76,7 +91,8 @@ def new_study(
     Raises
     ------
     InputError
-        If the folder holds something already, a picture cannot be used, or an option is wrong; nothing is written.
+        If no folder or picture is named, the folder holds something already, a picture cannot be used, or an option is
+        wrong; nothing is written.
     OSError
         If the disk is full or cannot be written; nothing is left then.
 
@@ -92,6 +108,10 @@ def new_study(
     ...     study.mode, study.trials, sorted(file.name for file in study.folder.iterdir())[:3]
     ('flat', 3, ['README.md', 'experiment.yaml', 'pictures'])
     """
+    if folder is None or not pictures:
+        photos = folder is not None and Path(folder).exists()
+        words = f"my_study {folder}" if photos else f"{folder or 'my_study'} photos/"
+        raise InputError(Finding("no folder to make and pictures are named", remedy=f"cyclopean new {words}"))
     folder, options = Path(folder), options or StudyOptions()
     _refuse_present(folder)
     progress("reading the pictures' headers", 0, 1)

@@ -19,9 +19,10 @@ from PIL import Image
 import cyclopean
 from analysis.records import Header
 from analysis.records import read_results as read_logs
+from devices.display import read_panel
 from runner.cli import main
 from runner.session import simulate
-from runner.studies import StudyOptions, new_study, panel_of
+from runner.studies import StudyOptions, new_study
 
 RED_CUP, GREY_CUP = (200, 20, 30), (130, 130, 130)
 FILTERS = ("filters_delta_e_00_mean", "filters_delta_e_00_worst_mean", "filters_delta_e_00_max")
@@ -60,7 +61,7 @@ def tried(tmp_path_factory: pytest.TempPathFactory) -> Any:
                 (folder / "photos").mkdir(parents=True, exist_ok=True)
                 end = "" if mode == "flat" else f"_{eye}"
                 Image.fromarray(pixels).save(folder / "photos" / f"{name}{end}.png")
-        options = StudyOptions(mode=mode, panel=panel_of("320x240,0.5"))
+        options = StudyOptions(mode=mode, panel=read_panel("320x240,0.5"))
         study = new_study(folder / "study", [folder / "photos"], options)
         simulate(study.experiment, study.folder / "simulated.yaml", 1, results=folder / "results")
         return Tried(study.experiment, folder / "results")

@@ -4,9 +4,30 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import ClassVar
 
-from devices.diagnostics import Diagnosis, Verdicts
-from documents.pages import Beside, Block, Cell, Column, Figure, Mark, Page, Paragraph, Section, Shown, Table, Verbatim
+from devices.diagnostics import Diagnosis, JudgeOptions, Verdicts, judge_display
+from documents import WorkError
+from documents.files import writing
+from documents.pages import (
+    Beside,
+    Block,
+    Cell,
+    Column,
+    Figure,
+    Mark,
+    Page,
+    Paragraph,
+    Section,
+    Shown,
+    Table,
+    Verbatim,
+    write_page,
+)
+from documents.text import JsonResult
 from runner.reports.display.figure import draw_panel
 
 MARKS = {
@@ -24,9 +45,54 @@ _VERDICTS = (
 )
 
 
+@dataclass(frozen=True, slots=True)
+class DisplayReport(JsonResult):
+    """A display judged, and the ``page`` on it."""
+
+    verdicts: Verdicts
+    page: Path
+    json_keys: ClassVar = {"verdicts": "*", "page": "report"}
+
+    def told(self) -> Iterator[str | Block]:
+        """Yield the verdicts, what is to be said of those that did not pass, the outcome, and where the page is."""
+        yield _verdicts([one for one in self.verdicts.diagnoses if one.value is not None])
+        for one in self.verdicts.diagnoses:
+            if one.verdict != "passed":
+                limit = f" The limit: {one.source}." if one.verdict == "failed" and one.source else ""
+                yield f"{_name(one)}{', not judged' if one.verdict == 'open' else ''}: {one.words}{limit}"
+        yield self.verdicts.sentence
+        yield from (f"Note: {note}" for note in self.verdicts.notes)
+        yield f"The report: {self.page}"
+
+
+def report_display(measurements: Sequence[Path], options: JudgeOptions, output: Path | None = None) -> DisplayReport:
+    """Judge a display by its measurements as `devices.diagnostics.judge_display`, and write an HTML page on it.
+
+    Parameters
+    ----------
+    measurements
+        Files of readings.
+    options
+        What they are judged with.
+    output
+        The page; None gives it the first file's name.
+
+    Raises
+    ------
+    InputError
+        As of `devices.diagnostics.judge_display`.
+    WorkError
+        If the page cannot be written.
+    """
+    verdicts = judge_display(measurements, **{one.name: getattr(options, one.name) for one in fields(options)})
+    page = output or measurements[0].with_suffix(".html")
+    with writing(page, "report", WorkError):
+        write_page(page_of(verdicts), page)
+    return DisplayReport(verdicts, page)
+
+
 def page_of(verdicts: Verdicts) -> Page:
     """Return what the page says."""
-    rows = tuple(_row(one) for one in verdicts.diagnoses)
     return Page(
         kind="Display report",
         title=verdicts.title,
@@ -34,17 +100,24 @@ def page_of(verdicts: Verdicts) -> Page:
         sentences=(verdicts.sentence,),
         notes=verdicts.notes,
         sections=(
-            Section("verdicts", "Verdicts", (Table("verdicts", "", _VERDICTS, rows),)),
+            Section("verdicts", "Verdicts", (_verdicts(verdicts.diagnoses),)),
             *(_section(number, one) for number, one in enumerate(verdicts.diagnoses, start=1)),
         ),
     )
 
 
+def _verdicts(diagnoses: Sequence[Diagnosis]) -> Table:
+    return Table("verdicts", "", _VERDICTS, tuple(map(_row, diagnoses)))
+
+
+def _name(one: Diagnosis) -> str:
+    return f"{one.title}, {one.subject}" if one.subject else one.title
+
+
 def _row(one: Diagnosis) -> tuple[Cell, ...]:
-    name = f"{one.title}, {one.subject}" if one.subject else one.title
     if one.value is None:
-        return name, MARKS[one.verdict], "", "", ""
-    return name, MARKS[one.verdict], _shown(one.value), limit_words(one), one.unit
+        return _name(one), MARKS[one.verdict], "", "", ""
+    return _name(one), MARKS[one.verdict], _shown(one.value), limit_words(one), one.unit
 
 
 def limit_words(one: Diagnosis) -> str:

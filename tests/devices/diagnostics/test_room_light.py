@@ -132,13 +132,13 @@ def test_it_is_written_alone_into_a_mode_that_is_there(tmp_path: Path) -> None:
     before = read_display(file).models("flat").left
     with pytest.raises(DeviceError, match="holds the room's light already"):
         fit.write(file)
-    words = fit.write(file, replace=True).words
+    words = fit.write(file, replace=True).written
     assert "Overwritten: the room's light." in words
     after = read_display(file).models("flat").left
     assert after.ambient_XYZ_cd_m2 == pytest.approx(2.0 * AMBIENT)
     assert after.in_the_dark.xyz([0.2, 0.5, 0.8]) == pytest.approx(before.in_the_dark.xyz([0.2, 0.5, 0.8]))
     # A new characterisation has its own, and nothing is said to stay.
-    assert "stays: " not in fit_display(table, model="gog").write(file, replace=True).words
+    assert "stays: " not in fit_display(table, model="gog").write(file, replace=True).written
     assert read_display(file).models("flat").left.ambient_XYZ_cd_m2 == pytest.approx(AMBIENT)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 DISPLAY = """\
 schema_version: 1
 panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
@@ -18,3 +20,13 @@ HEADER: dict[str, object] = {
     **{"begun_utc": "2026-01-02T03:04:05+00:00", "instrument": "none", "mode": "flat", "eye": "left"},
     **{"set": "many", "set_source": "", "seed": 1, "highest_code": 255},
 }
+
+
+RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
+
+
+def write_rig(folder: Path, display: str = DISPLAY) -> Path:
+    """Write ``display.yaml`` and ``rig.yaml`` into a folder, and return it."""
+    (folder / "display.yaml").write_text(display)
+    (folder / "rig.yaml").write_text(RIG)
+    return folder

@@ -14,9 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from devices.readings import read_session
-from documents import InputError
 from runner.cli.main import group
-from runner.presenter import open_surface
 
 BLOCKS = [b"OK00," + b",".join([b"1.0e-05"] * count) + b"\n" for count in (100, 100, 100, 101)]
 
@@ -69,11 +67,8 @@ def _plugged(measurements: int) -> Iterator[str]:
             os.close(slave)
 
 
+@pytest.mark.usefixtures("egl")
 def test_a_cable_pulled_mid_run_loses_no_reading(tmp_path: Path) -> None:
-    try:
-        open_surface("egl", (8, 8)).close()
-    except InputError as error:
-        pytest.skip(str(error))
     (tmp_path / "display.yaml").write_text(
         "schema_version: 1\npanel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}\n"
     )

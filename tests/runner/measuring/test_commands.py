@@ -17,43 +17,29 @@ from devices.display import MonitorSettings, read_display
 from devices.readings import find_patches, read_csv, read_measurements, read_session
 from documents import InputError
 from runner.cli.main import group
-from runner.presenter import MODES, open_surface
+from runner.presenter import MODES
 from tests.choice import nightly
 from tests.forked import Server
 from tests.runner.families import by_family
 from tests.runner.measuring.displays import DISPLAY as SMALL
+from tests.runner.measuring.displays import write_rig
 
-DISPLAY = (
-    SMALL
-    + """\
-  flat: {same_as: row-interleaved}
-"""
-)
-RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
+DISPLAY = SMALL + "  flat: {same_as: row-interleaved}\n"
 SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
 
 
-@pytest.fixture(autouse=True, scope="module")
-def egl() -> None:
-    try:
-        open_surface("egl", (8, 8)).close()
-    except InputError as error:
-        pytest.skip(str(error))
+pytestmark = pytest.mark.usefixtures("egl")
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "display.yaml").write_text(DISPLAY)
-    (tmp_path / "rig.yaml").write_text(RIG)
-    return tmp_path
+    return write_rig(tmp_path, DISPLAY)
 
 
 @pytest.fixture(scope="module")
 def measured_once(egl: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the greys have been measured."""
-    folder = tmp_path_factory.mktemp("measured")
-    (folder / "display.yaml").write_text(DISPLAY)
-    (folder / "rig.yaml").write_text(RIG)
+    folder = write_rig(tmp_path_factory.mktemp("measured"), DISPLAY)
     assert _measure(folder, "--set", "grey").exit_code == 0
     return folder
 
@@ -165,6 +151,19 @@ def test_the_list_is_what_is_measured(folder: Path) -> None:
     assert [line.split(",")[:4] for line in listed.splitlines()[3:]] == [
         [step.patch.name, *(f"{round(255 * code)}" for code in step.patch.codes)] for step in steps
     ]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["display", "patches", "configs/rigs/asus_vg248qe_3dvision.yaml", "--set", "grey", "--list"],
+        ["power", "experiments/dynamic_range.yaml", "--observers", "2", "--replicates", "2", "--workers", "1"],
+    ],
+)
+def test_a_seed_beyond_a_billion_is_taken_and_counts(words: list[str]) -> None:
+    told = [CliRunner().invoke(group, [*words, "--seed", seed]) for seed in ("10000000000001", "10000000000002")]
+    assert [one.exit_code for one in told] == [0, 0], told[0].output
+    assert told[0].stdout != told[1].stdout
 
 
 def test_patches_can_be_begun_in_the_middle(folder: Path) -> None:

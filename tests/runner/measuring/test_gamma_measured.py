@@ -19,20 +19,18 @@ from devices.readings import find_patches, read_measurements, read_session
 from documents import InputError
 from runner import measuring
 from runner.cli.main import group
-from tests.runner.measuring.displays import DISPLAY
+from tests.runner.measuring.displays import DISPLAY, RIG, write_rig
 
 Load = Callable[[float], None]
 pytestmark = pytest.mark.window
 
-RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
 SIMULATED = measuring.InstrumentOptions("simulated")
 IN_A_WINDOW = measuring.ShowOptions(settle_s=0.0, windowed=True)
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "display.yaml").write_text(DISPLAY)
-    (tmp_path / "rig.yaml").write_text(RIG)
+    write_rig(tmp_path)
     greys = "".join(f"{code},{code},{code}\n" for code in range(20, 260, 40))
     (tmp_path / "some.csv").write_text("# codes: 0..255\nred,green,blue\n" + greys)
     return tmp_path

@@ -24,11 +24,9 @@ from devices.readings import (
     read_session,
     steps,
 )
-from documents import InputError
 from documents.arrays import Floats
 from runner.cli.main import group
 from runner.measuring.judge import Judge
-from runner.presenter import open_surface
 from tests.choice import nightly
 
 Fault = Callable[[Floats, Showing], Floats]
@@ -180,14 +178,11 @@ def test_a_display_that_stays_changed_is_not_resumed_in_silence(
     assert "begin again" in str(again.exception)
 
 
+@pytest.mark.usefixtures("egl")
 def test_a_verification_is_judged_too(folder: Path, play: Callable[[Fault | None], None]) -> None:
     play(FAULTS["stuck"][0])
     words = ["display", "verify", "--display", str(folder / "display.yaml"), *SIMULATED[:2], "--backend", "egl"]
     words += ["--settle", "0", "--mode", "side-by-side", "-o", str(folder / "v.jsonl")]
-    try:
-        open_surface("egl", (8, 8)).close()
-    except InputError as error:
-        pytest.skip(str(error))
     result = CliRunner().invoke(group, words)
     assert result.exit_code == 1
     assert "does not see the patch" in str(result.exception)

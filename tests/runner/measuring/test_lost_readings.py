@@ -11,23 +11,16 @@ import pytest
 
 from analysis.records import check_log
 from devices.readings import MeasurementLog, read_session
-from documents import InputError
-from runner.presenter import open_surface
 from tests.choice import nightly
 from tests.runner.harms import HARMS
-from tests.runner.measuring.displays import DISPLAY
+from tests.runner.measuring.displays import write_rig
 
 Cyclopean = Callable[..., Any]
 READINGS = 39  # of the set grey
 SOME = ("removed", "cut off", "edited", "folder moved")
 
 
-@pytest.fixture(autouse=True, scope="module")
-def egl() -> None:
-    try:
-        open_surface("egl", (8, 8)).close()
-    except InputError as error:
-        pytest.skip(str(error))
+pytestmark = pytest.mark.usefixtures("egl")
 
 
 def _words(folder: Path) -> list[object]:
@@ -37,11 +30,7 @@ def _words(folder: Path) -> list[object]:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "display.yaml").write_text(DISPLAY)
-    (tmp_path / "rig.yaml").write_text(
-        "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
-    )
-    return tmp_path
+    return write_rig(tmp_path)
 
 
 def _harm_after(monkeypatch: pytest.MonkeyPatch, readings: int, what: str) -> list[bytes]:

@@ -42,13 +42,7 @@ OFFSCREEN = [name for name in MODES if name != "quad-buffered"]
 APART = [name for name in OFFSCREEN if name != "flat" and "anaglyph" not in name]
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
-DISPLAY = (
-    SMALL
-    + """\
-  side-by-side: {same_as: row-interleaved}
-  flat: {same_as: row-interleaved}
-"""
-)
+DISPLAY = SMALL + "  side-by-side: {same_as: row-interleaved}\n  flat: {same_as: row-interleaved}\n"
 SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
 
 

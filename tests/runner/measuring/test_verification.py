@@ -104,6 +104,7 @@ LEAKING = (
 )
 
 
+@pytest.mark.usefixtures("egl")
 @pytest.mark.parametrize(
     ("mode", "eye"),
     [
@@ -119,10 +120,6 @@ def test_colours_go_through_what_a_session_does(tmp_path: Path, mode: str, eye: 
     """
     file, log = tmp_path / "display.yaml", tmp_path / "v.jsonl"
     file.write_text(LEAKING)
-    try:
-        open_surface("egl", (8, 8)).close()
-    except InputError as error:
-        pytest.skip(str(error))
     arguments = ["display", "verify", "--display", str(file), "--mode", mode, "--eye", eye, "--instrument", "simulated",
                  "--instrument-option", "noise=0", "--backend", "egl", "--settle", "0", "-o", str(log),
                  "--limit", "0.5", "--json"]  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
 from devices.colour import white_point
 from devices.colour_matching import (
@@ -24,6 +24,8 @@ from devices.errors import DeviceError
 from devices.readings import Measurements, xyz_from_spectra
 from devices.readings.ti3 import write_ti3
 from documents import InputError
+from documents.pages import Table
+from runner.cli.main import group
 from runner.presenter import show_picture
 from runner.protocol import read_experiment
 from stimuli.build import build_set
@@ -32,7 +34,7 @@ from stimuli.errors import StimulusError
 from stimuli.measures import ViewingConditions
 from stimuli.pictures import StereoImage, read_exr, write_exr
 from stimuli.recipes import DisplaySetup
-from stimuli.spectral import SpectralOptions, convert_spectral, metamerism_of_files
+from stimuli.spectral import MetamerismOptions, SpectralOptions, convert_spectral, metamerism_of_files
 from tests.kept import known
 from tests.stimuli.spectral.pictures import save_envi
 
@@ -159,21 +161,31 @@ def _files(folder: Path) -> tuple[str, str]:
 
 
 def test_the_command_reports_each_object(tmp_path: Path) -> None:
-    from runner.cli.display.metamerism import command
+    def run(*options: str) -> Result:
+        return CliRunner().invoke(group, ["display", "metamerism", *_files(tmp_path), "--illuminant", "D65", *options])
 
-    files = _files(tmp_path)
-    ran = CliRunner().invoke(command, [*files, "--illuminant", "D65", "--persons", "20", "--observer", "1964_10"])
+    ran = run("--persons", "20", "--observer", "1964_10")
     assert ran.exit_code == 0, ran.output
     assert "Matched for CIE 1964 10" in ran.output
     assert "field of 10°" in ran.output
     assert "blue paint" in ran.output
-    options = ["--illuminant", "D65", "--categories", "--field", "4", "--json"]
-    read = json.loads(CliRunner().invoke(command, [*files, *options]).output)
+    read = json.loads(run("--categories", "--field", "4", "--json").output)
     assert len(read["objects"]["grey"]["observers"]) == 10
     assert read["objects"]["grey"]["standard_observers"]["CIE 1931 2"] < 1e-9
-    wrong = CliRunner().invoke(command, [*files, "--illuminant", "D65", "--ages", "20-60"])
+    wrong = run("--ages", "20-60")
     assert wrong.exit_code == 2
-    assert "write it as 20..60" in wrong.output
+    assert "FROM..TO" in wrong.output
+
+
+def test_an_object_outside_the_gamut_has_a_row_without_numbers(tmp_path: Path) -> None:
+    objects, readings = map(Path, _files(tmp_path))
+    head, *rows = objects.read_text().splitlines()
+    objects.write_text("\n".join([f"{head},vivid", *(f"{row},{int(n == 20)}" for n, row in enumerate(rows))]))
+    found = metamerism_of_files(objects, readings, MetamerismOptions("D65", categories=True))
+    (table,) = (part for part in found.told() if not isinstance(part, str))
+    assert isinstance(table, Table)
+    assert {len(row) for row in table.rows} == {len(table.columns)}
+    assert found.outside == ("vivid",)
 
 
 def test_narrow_primaries_divide_observers_more_than_broad_ones() -> None:
@@ -218,8 +230,8 @@ def test_white_is_as_bright_as_the_screen_allows_and_what_it_cannot_show_is_name
 
 
 def test_wrong_files_have_one_message_each(tmp_path: Path) -> None:
-    objects, _ = _files(tmp_path)
-    observers = categorical_observers(2.0)
+    objects, screen = _files(tmp_path)
+    readings = Path(screen)
     for change, says in (
         (("wavelength_nm", "nm"), "no wavelength_nm"),
         (("blue paint", "grey"), "stands twice"),
@@ -228,10 +240,10 @@ def test_wrong_files_have_one_message_each(tmp_path: Path) -> None:
         wrong = tmp_path / "wrong.csv"
         wrong.write_text(Path(objects).read_text().replace(*change))
         with pytest.raises(InputError, match=says) as caught:
-            metamerism_of_files(wrong, _readings(), "D65", observers, matched_for="CIE 1931 2")
+            metamerism_of_files(wrong, readings, MetamerismOptions("D65", categories=True))
         assert len(caught.value.findings) == 1
     with pytest.raises(DeviceError, match="no colorimetric observer"):
-        metamerism_of_files(objects, _readings(), "D65", observers, matched_for="CIE 1999 2")
+        metamerism_of_files(Path(objects), readings, MetamerismOptions("D65", observer="CIE 1999 2"))
 
 
 # The colorimetric observer of pictures: declared in their files, kept by recipes, and never mixed.

@@ -7,25 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from devices.display import read_display
+from devices.errors import DeviceError
 from devices.profiles import read_profile
-from runner.cli.main import group
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile
+from tests.runner.cli.display.test_fit import _run
 
 PANEL = ["--panel", "1920x1080,0.2768"]
 DISPLAY = Path("configs/displays/asus_vg248qe.yaml").resolve()
-
-
-def _run(*arguments: str, code: int = 0) -> str:
-    result = CliRunner().invoke(group, ["display", *arguments])
-    if result.exception and not isinstance(result.exception, SystemExit):
-        if code:
-            return str(result.exception)
-        raise result.exception
-    assert result.exit_code == code, result.output
-    return result.output
 
 
 @pytest.fixture
@@ -48,11 +38,13 @@ def test_a_display_file_becomes_a_profile_and_the_profile_the_display(tmp_path: 
 
 
 def test_a_profile_without_luminance_asks_for_it(icc: Path, tmp_path: Path) -> None:
-    assert "--white-cd-m2" in _run("fit", str(icc), code=1)
+    with pytest.raises(DeviceError, match="--white-cd-m2"):
+        _run("fit", str(icc))
     told = json.loads(_run("fit", str(icc), "--white-cd-m2", "80", "--json"))
     assert told["both"]["model"] == "gog"
     assert told["both"]["white_XYZ_cd_m2"][1] == pytest.approx(80, rel=1e-3)
-    assert _run("fit", str(icc), "--white-cd-m2", "80", "-o", str(tmp_path / "d.yaml"), code=2)
+    with pytest.raises(DeviceError, match="do not name a mode"):
+        _run("fit", str(icc), "--white-cd-m2", "80", "-o", str(tmp_path / "d.yaml"))
 
 
 def test_tables_and_cubes_are_written_on_request(tmp_path: Path) -> None:
@@ -79,9 +71,8 @@ def test_tables_and_cubes_are_written_on_request(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_missing_is_asked_for(arguments: list[str], words: str) -> None:
-    result = CliRunner().invoke(group, ["display", "convert", *arguments])
-    assert result.exit_code != 0
-    assert words in result.output + str(result.exception)
+    with pytest.raises(DeviceError, match=words):
+        _run("convert", *arguments)
 
 
 def test_the_room_s_light_goes_into_no_file_for_other_programs(tmp_path: Path) -> None:

@@ -158,8 +158,8 @@ def test_the_command_writes_the_page_and_tells_the_verdicts(files: Path) -> None
     told = _run(files / "panel.csv", "--display", files / "display.yaml", "--without-glasses", files / "bare.csv")
     assert told.exit_code == 0, told.output
     assert (files / "panel.html").exists()
-    assert "FAILED" not in told.output
-    assert re.search(r"passed +Channel independence: [\d.]+ %", told.output)
+    assert "Failed" not in told.output
+    assert re.search(r"Channel independence +Passed +[\d.]+ +at most 2 +%", told.output)
     assert "All " in told.output
 
 
@@ -182,9 +182,7 @@ def test_wrong_input_is_told_for_all_files_at_once(files: Path) -> None:
 def test_a_mode_is_never_guessed(files: Path) -> None:
     error = _error(files / "bare.csv", "--display", files / "display.yaml")
     assert "--mode" in str(error)
-    told = _run(files / "bare.csv", "--mode", "flat")
-    assert told.exit_code == 2
-    assert "--display" in told.output
+    assert "--display" in str(_error(files / "bare.csv", "--mode", "flat"))
     unknown = _error(files / "bare.csv", "--display", files / "display.yaml", "--mode", "anaglyph")
     assert "not characterised" in str(unknown)
 
@@ -210,7 +208,7 @@ def test_a_failed_check_says_why_in_the_terminal_and_json_holds_every_diagnosis(
     for one in failed:
         assert " ".join(one["words"].split()) in words
         assert f"The limit: {one['source']}." in words
-    assert told.output.count("FAILED") == len(failed)
+    assert told.output.count("Failed") == len(failed)
 
 
 def test_series_of_a_panel_are_told_apart_without_colour() -> None:
