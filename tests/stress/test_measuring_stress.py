@@ -15,7 +15,8 @@ from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.presenter import MODES, find_mode, open_surface
 from tests.devices.readings.test_sets import read_sets
-from tests.runner.measuring.test_commands import DISPLAY, RIG
+from tests.runner.measuring.displays import write_rig
+from tests.runner.measuring.test_commands import DISPLAY
 from tests.stress.killed_measurement import kill_and_resume
 
 pytestmark = pytest.mark.stress
@@ -23,9 +24,7 @@ pytestmark = pytest.mark.stress
 
 @pytest.mark.parametrize("seed", range(10, 18))
 def test_killed_again_and_again(tmp_path: Path, seed: int) -> None:
-    (tmp_path / "display.yaml").write_text(DISPLAY)
-    (tmp_path / "rig.yaml").write_text(RIG)
-    kill_and_resume(tmp_path, seed)
+    kill_and_resume(write_rig(tmp_path, DISPLAY), seed)
 
 
 @pytest.mark.parametrize("mode", [mode for mode in MODES if mode != "quad-buffered"])
