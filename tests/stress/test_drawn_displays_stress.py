@@ -25,11 +25,11 @@ from tests.runner.presenter.drawn_displays import (
 pytestmark = pytest.mark.stress
 
 MANY = settings(max_examples=300, suppress_health_check=list(HealthCheck), deadline=None)
-# Newton's method for both eyes takes seconds to compile.
-SOME = settings(MANY, max_examples=25)
-MODE_NAMES = tuple(name for name in MODES if not find_mode(name).needs_stereo)  # the others: tests/quad
 BITS = st.sampled_from([8, 10])
 SEEDS = st.integers(0, 10**6)
+EITHER = st.sampled_from(EYES)
+UNLIFTED = corrections(SIZE_PX, lifts=False)
+MODE_NAMES = tuple(name for name in MODES if not find_mode(name).needs_stereo)  # the others: tests/quad
 
 
 @pytest.fixture(scope="module")
@@ -43,60 +43,27 @@ def surface() -> Iterator[EglSurface]:
         yield opened
 
 
-@MANY
-@given(models=eye_models(plvc=False), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
-def test_channels_that_add_up(surface: EglSurface, models: EyeModels, eye: Eye, bits: Bits, seed: int) -> None:
-    assert max(worst_of_an_eye(surface, models, None, eye, bits, seed).values()) <= WITHIN_CODES
+# Which displays, what is corrected, for which eye, how many: Newton's method for both eyes takes seconds to compile.
+CASES = {
+    "adding up": (eye_models(plvc=False), st.none(), EITHER, 300),
+    "acting on each other": (eye_models(plvc=True, residual=False), st.none(), st.just(EYES[0]), 25),
+    "with some left over": (eye_models(plvc=True, residual=True), st.none(), st.just(EYES[0]), 25),
+    "adding up, corrected": (eye_models(plvc=False), corrections(SIZE_PX), EITHER, 150),
+    "acting on each other, corrected": (eye_models(plvc=True, residual=False), UNLIFTED, EITHER, 25),
+    "with some left over, corrected": (eye_models(plvc=True, residual=True), UNLIFTED, EITHER, 25),
+}
 
 
-@SOME
-@given(models=eye_models(plvc=True, residual=False), bits=BITS, seed=SEEDS)
-def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
-    assert max(worst_of_an_eye(surface, models, None, "left", bits, seed).values()) <= WITHIN_CODES
+@pytest.mark.parametrize("case", CASES)
+def test_an_eye_is_shown_what_was_asked(surface: EglSurface, case: str) -> None:
+    models, correction, eye, examples = CASES[case]
 
+    @settings(MANY, max_examples=examples)
+    @given(models, correction, eye, BITS, SEEDS)
+    def shown(models: EyeModels, correction: Correction | None, eye: Eye, bits: Bits, seed: int) -> None:
+        assert max(worst_of_an_eye(surface, models, correction, eye, bits, seed).values()) <= WITHIN_CODES
 
-@SOME
-@given(models=eye_models(plvc=True, residual=True), bits=BITS, seed=SEEDS)
-def test_what_channels_that_act_on_each_other_leave_over(
-    surface: EglSurface, models: EyeModels, bits: Bits, seed: int
-) -> None:
-    assert max(worst_of_an_eye(surface, models, None, "left", bits, seed).values()) <= WITHIN_CODES
-
-
-@settings(MANY, max_examples=150)
-@given(models=eye_models(plvc=False), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
-def test_crosstalk_and_uneven_panels(
-    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, bits: Bits, seed: int
-) -> None:
-    assert max(worst_of_an_eye(surface, models, correction, eye, bits, seed).values()) <= WITHIN_CODES
-
-
-@SOME
-@given(
-    models=eye_models(plvc=True, residual=False),
-    correction=corrections(SIZE_PX, lifts=False),
-    eye=st.sampled_from(EYES),
-    bits=BITS,
-    seed=SEEDS,
-)
-def test_crosstalk_between_channels_that_act_on_each_other(
-    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, bits: Bits, seed: int
-) -> None:
-    assert max(worst_of_an_eye(surface, models, correction, eye, bits, seed).values()) <= WITHIN_CODES
-
-
-@SOME
-@given(
-    models=eye_models(plvc=True, residual=True),
-    correction=corrections(SIZE_PX, lifts=False),
-    eye=st.sampled_from(EYES),
-    bits=BITS,
-    seed=SEEDS,
-)
-def test_crosstalk_and_uneven_panels_with_what_is_left_over(
-    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, bits: Bits, seed: int
-) -> None:
-    assert max(worst_of_an_eye(surface, models, correction, eye, bits, seed).values()) <= WITHIN_CODES
+    shown()
 
 
 @settings(MANY, max_examples=100)

@@ -61,10 +61,13 @@ def test_a_trial_may_name_the_group_of_its_pair(make_session: Maker) -> None:
     assert comparisons.group.tolist() == [0, 1]
 
 
-def test_other_kinds_of_trials_are_passed_over(make_session: Maker) -> None:
+@pytest.mark.parametrize(
+    ("kind", "data"), [("questionnaire", {"text": "fine"}), ("preference", {"chosen": "a", "rejected": "b"})]
+)
+def test_other_kinds_of_trials_are_not_mixed_in(make_session: Maker, kind: str, data: dict[str, str]) -> None:
     session = make_session(names="ab", answers=[("a", "b")])
-    question = new_answer(2, 0, "questionnaire", (), 1.0, data={"text": "fine"})
-    assert from_sessions([replace(session, answers=(*session.trials, question))]).wins.sum() == 1
+    other = new_answer(2, 0, kind, (), 1.0, data=data)
+    assert from_sessions([replace(session, answers=(*session.trials, other))]).wins.sum() == 1
 
 
 def test_the_share_of_the_first_position_counts_answers(make_session: Maker) -> None:
@@ -154,12 +157,6 @@ def test_catch_trials_are_left_out(make_session: Maker) -> None:
     comparisons = from_sessions([_with(plain, obvious, identical, {**identical, "answer": "not_sure"})])
     assert comparisons.wins.tolist() == [[0, 1], [0, 0]]
     assert comparisons.ties == 0
-
-
-def test_another_kind_of_comparison_is_not_mixed_in(make_session: Maker) -> None:
-    session = make_session(names="ab", answers=[("a", "b")])
-    preference = new_answer(2, 0, "preference", (), 1.0, data={"chosen": "a", "rejected": "b"})
-    assert from_sessions([replace(session, answers=(*session.trials, preference))]).wins.sum() == 1
 
 
 # The groups that the comparisons of an experiment fall into, and those that are linked after all.

@@ -387,10 +387,18 @@ def test_citations_have_the_strengths_deviance_and_variances_of_r() -> None:
     assert not fitted.separated
 
 
-def test_citations_have_the_penalised_strengths_of_r() -> None:
-    fitted = fit(CITATIONS, method="firth")
-    assert (fitted.theta - fitted.theta[0])[1:] == pytest.approx([-2.944381822, -0.479075261, 0.268531023], abs=5e-10)
+@pytest.mark.parametrize(
+    ("wins", "theirs", "digits"),
+    [
+        (CITATIONS, [-2.944381822, -0.479075261, 0.268531023], 5e-10),
+        (SEPARATION, [-3.724479, -4.238820, -4.367469], 5e-7),  # the first always wins
+    ],
+)
+def test_penalised_strengths_are_those_of_r(wins: Floats, theirs: list[float], digits: float) -> None:
+    fitted = fit(wins, method="firth")
+    assert (fitted.theta - fitted.theta[0])[1:] == pytest.approx(theirs, abs=digits)
     assert fitted.converged
+    assert not fitted.separated
 
 
 def test_an_item_that_always_wins_is_named_and_not_fitted() -> None:
@@ -399,13 +407,6 @@ def test_an_item_that_always_wins_is_named_and_not_fitted() -> None:
     assert fitted.separated_items == (0,)
     assert not fitted.converged
     assert np.isnan(fitted.theta).all()
-
-
-def test_the_penalised_fit_holds_an_item_that_always_wins() -> None:
-    fitted = fit(SEPARATION, method="firth")
-    assert (fitted.theta - fitted.theta[0])[1:] == pytest.approx([-3.724479, -4.238820, -4.367469], abs=5e-7)
-    assert fitted.converged
-    assert not fitted.separated
 
 
 def test_table_4_4_gives_back_its_scores() -> None:

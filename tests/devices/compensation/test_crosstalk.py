@@ -50,6 +50,7 @@ LEAK = Crosstalk(
 )
 NONE = Crosstalk(np.zeros((3, 3)), np.zeros((3, 3)))
 COLOURS = {"black": [0, 0, 0], "red": [1, 0, 0], "green": [0, 1, 0], "blue": [0, 0, 1], "white": [1, 1, 1]}
+LEAKED = ("left", "black", "white")
 
 matrices = st.lists(st.floats(-0.02, 0.12), min_size=9, max_size=9).map(lambda v: np.array(v).reshape(3, 3))
 crosstalks = st.builds(Crosstalk, matrices, matrices)
@@ -216,31 +217,22 @@ def test_equal_readings_are_averaged() -> None:
 
 
 @pytest.mark.parametrize(
-    ("drop", "part"),
+    ("drop", "read", "part"),
     [
-        (("left", "black", "black"), "the left eye's black was not measured"),
-        (("right", "white", "black"), "nothing was measured of what leaks into the right eye"),
-        (("right", "black", "white"), "a leak into the left eye needs a reading of the right eye's white alone"),
+        (("left", "black", "black"), None, "the left eye's black was not measured"),
+        (("right", "white", "black"), None, "nothing was measured of what leaks into the right eye"),
+        (("right", "black", "white"), None, "a leak into the left eye needs a reading of the right eye's white alone"),
+        (LEAKED, (0.0, -0.5, 0.0), r"left eye's reading of black with white .* is -0.5 cd/m², less than none"),
+        (LEAKED, (60.0, 60.0, 60.0), "put the left eye's lens before the instrument"),
+        (LEAKED, (float("nan"), 1.0, 1.0), "needs three finite numbers"),
     ],
 )
-def test_a_missing_reading_is_named(drop: tuple[str, str, str], part: str) -> None:
+def test_a_missing_reading_and_an_impossible_leak_are_refused(
+    drop: tuple[Eye, str, str], read: tuple[float, float, float] | None, part: str
+) -> None:
     readings = [r for r in _readings("white") if (r.eye, r.left, r.right) != drop]
     with pytest.raises(DeviceError, match=part):
-        fit_crosstalk(readings)
-
-
-@pytest.mark.parametrize(
-    ("xyz", "part"),
-    [
-        ((0.0, -0.5, 0.0), r"left eye's reading of black with white .* is -0.5 cd/m², less than none"),
-        ((60.0, 60.0, 60.0), "put the left eye's lens before the instrument"),
-        ((float("nan"), 1.0, 1.0), "needs three finite numbers"),
-    ],
-)
-def test_impossible_leaks_are_refused(xyz: tuple[float, float, float], part: str) -> None:
-    readings = [r for r in _readings("white") if (r.eye, r.left, r.right) != ("left", "black", "white")]
-    with pytest.raises(DeviceError, match=part):
-        fit_crosstalk([*readings, CrosstalkReading("left", "black", "white", xyz)])
+        fit_crosstalk([*readings, *([CrosstalkReading(*drop, read)] if read else [])])
 
 
 def test_leaks_are_judged_on_the_display_s_colours() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from devices.diagnostics import Diagnosis
 from devices.display import DisplayModel, ToneCurve
 from devices.readings import Measurements, PatchEye, find_patches, steps
 from documents.arrays import Floats
@@ -90,3 +91,11 @@ def crosstalk_readings(leaks: Mapping[PatchEye, float], seed: int = 1, noise: fl
                 light.append(dark + leak * (MODEL.xyz(code) - dark))
                 eyes.append(eye)
     return Measurements(np.array(codes), noisy(np.array(light), seed, noise), tuple(names), None, tuple(eyes))
+
+
+def judged(found: Diagnosis, passed: bool | None, *words: str) -> Diagnosis:
+    """Return a diagnosis, which must have ``passed``, or not, or be no verdict, and say ``words``."""
+    assert found.passed is passed, found.words
+    for said in words:
+        assert said in found.words
+    return found

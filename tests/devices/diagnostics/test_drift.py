@@ -19,7 +19,7 @@ from devices.diagnostics.time_trend import trend_in_time
 from devices.diagnostics.warm_up import warm_up
 from devices.readings import Measurements
 from documents.arrays import Floats
-from tests.devices.diagnostics.simulated import MODEL, characterisation
+from tests.devices.diagnostics.simulated import MODEL, characterisation, judged
 from tests.kept import known
 
 # Drift during a run: found and taken off where it is planted, and nothing corrected where there is only noise.
@@ -186,8 +186,7 @@ def test_spectra_follow_their_readings() -> None:
 
 
 def test_the_report_says_how_much() -> None:
-    verdict = drift(run(6, COURSES["a line"])[0])
-    assert verdict.passed is False
+    verdict = judged(drift(run(6, COURSES["a line"])[0]), False)
     assert verdict.value == pytest.approx(13, abs=1)
     assert "Light rose by 13 % over" in verdict.words
 
@@ -250,8 +249,7 @@ def test_the_tag_holds_the_place() -> None:
 
 
 def test_places_that_warm_up_alike_have_their_times_and_do_not_differ() -> None:
-    found = warm_up(readings(ALIKE))
-    assert found.passed is True
+    found = judged(warm_up(readings(ALIKE)), True)
     assert found.value == pytest.approx(480 * np.log(10) / 60, rel=0.25)
     assert [row[0] for row in known(found.table).rows] == [f"gray120, row 2, column {column}" for column in (1, 2, 3)]
     assert [row[3] for row in known(found.table).rows] == pytest.approx([54, 60, 57], rel=0.01)
@@ -260,17 +258,16 @@ def test_places_that_warm_up_alike_have_their_times_and_do_not_differ() -> None:
 
 
 def test_a_place_that_warms_up_later_is_found_and_named() -> None:
-    found = warm_up(readings({**ALIKE, (2, 3): 2000.0}, excess=-0.2))
-    assert found.passed is False  # the slowest counts
-    assert "The places differ: " in found.words
+    found = judged(
+        warm_up(readings({**ALIKE, (2, 3): 2000.0}, excess=-0.2)), False, "The places differ: "
+    )  # the slowest counts
     departures = dict(re.findall(r"(row 2, column [13]) by up to ([-+]\d[\d.]*) %", found.words))
     assert float(departures["row 2, column 3"]) == pytest.approx(-10, abs=1.5)
     assert abs(float(departures["row 2, column 1"])) < 1.0
 
 
 def test_without_a_change_nothing_differs_and_all_is_stable_from_the_first() -> None:
-    found = warm_up(readings(ALIKE, excess=0.0))
-    assert found.passed is True
+    found = judged(warm_up(readings(ALIKE, excess=0.0)), True)
     assert found.value == 0.0
     assert found.words.count("No change is seen in 9 readings") == 3
 

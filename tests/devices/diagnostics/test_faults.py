@@ -29,7 +29,7 @@ from devices.diagnostics.warm_up import warm_up
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.readings import Faults, Measurements, PatchEye
 from documents.arrays import Floats
-from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
+from tests.devices.diagnostics.simulated import MODEL, characterisation, judged, one_patch, readings, spectra
 from tests.devices.diagnostics.simulated_cable import CHECKS, WIDE, clean, converted, faulty, read_cable
 from tests.kept import known
 
@@ -52,8 +52,7 @@ OTHERS = (pixel_independence, angular_colour, angular_luminance, spectral_overla
 
 @pytest.mark.parametrize("check", [*CHARACTERISED, *BY_MODEL])
 def test_a_clean_display_passes(check: Callable[[Measurements], Diagnosis]) -> None:
-    found = check(CLEAN)
-    assert found.passed is True, found.words
+    found = judged(check(CLEAN), True)
     assert found.series
 
 
@@ -67,18 +66,14 @@ def test_repeatability_is_the_noise_and_not_the_drift() -> None:
 
 def test_drift_is_told_in_percent_from_first_to_last() -> None:
     falling = characterisation(noise=0.0, over_time=lambda time: 1 - 0.03 * time / time.max())
-    found = drift(falling)
-    assert found.passed is False
+    found = judged(drift(falling), False)
     assert _found(found) == pytest.approx(3.0, rel=0.05)
     assert "fell" in found.words
-    untimed = drift(replace(falling, time_s=None))
-    assert untimed.passed is False
-    assert "no times were kept" in untimed.words
+    judged(drift(replace(falling, time_s=None)), False, "no times were kept")
 
 
 def test_warm_up_finds_the_time_constant_and_when_it_is_stable() -> None:
-    found = warm_up(one_patch(lambda time: 1 - 0.2 * np.exp(-time / 300), minutes=60, count=31))
-    assert found.passed is True
+    found = judged(warm_up(one_patch(lambda time: 1 - 0.2 * np.exp(-time / 300), minutes=60, count=31)), True)
     assert known(found.table).rows[0][2] == pytest.approx(5.0, rel=0.05)
     assert _found(found) == pytest.approx(5.0 * np.log(20), rel=0.05)
 
@@ -112,28 +107,21 @@ def test_angles_tell_colour_from_luminance() -> None:
     assert angular_colour(_angles(0.05, 0.02)).passed is True
     assert angular_luminance(_angles(0.05, 0.02)).passed is True
     assert angular_colour(_angles(0.05, 0.5)).passed is False
-    dim = angular_luminance(_angles(0.6, 0.0))
-    assert dim.passed is False
+    dim = judged(angular_luminance(_angles(0.6, 0.0)), False)
     assert _found(dim) == pytest.approx(5.0, abs=0.3)
 
 
 def test_a_narrow_set_of_angles_is_not_judged() -> None:
     named = {f"white@{angle}deg": (np.ones(3), MODEL.xyz(np.ones(3))) for angle in (0, 5)}
-    found = angular_luminance(readings(named, noise=0.0))
-    assert found.passed is None
-    assert "beyond 5°" in found.words
+    judged(angular_luminance(readings(named, noise=0.0)), None, "beyond 5°")
 
 
 def test_swapped_columns_and_dead_channels_are_named() -> None:
     swapped = replace(CLEAN, codes=CLEAN.codes[:, [2, 1, 0]])
-    found = primary_colours(swapped)
-    assert found.passed is False
-    assert "looks red" in found.words
+    judged(primary_colours(swapped), False, "looks red")
     codes = np.array(CLEAN.codes)
     dead = replace(CLEAN, XYZ=MODEL.xyz(codes * [1, 0, 1]))
-    found = primary_colours(dead)
-    assert found.passed is False
-    assert "green gives no light" in found.words
+    judged(primary_colours(dead), False, "green gives no light")
 
 
 def test_primaries_alike_fail() -> None:
@@ -151,9 +139,7 @@ def test_channel_constancy_finds_a_channel_that_shifts() -> None:
         light[:, 2] += 0.5 * codes[:, 0] * (1 - codes[:, 0])  # red's Z is largest half way up
         return light
 
-    found = channel_constancy(characterisation(light=shifting))
-    assert found.passed is False
-    assert "red moves most" in found.words
+    judged(channel_constancy(characterisation(light=shifting)), False, "red moves most")
 
 
 def test_black_is_no_fault_of_the_channels() -> None:
@@ -167,8 +153,7 @@ def test_additivity_finds_interaction(strength: float) -> None:
     def interacting(codes: Floats) -> Floats:
         return np.asarray(MODEL.xyz(codes) * (1 + strength * codes.min(axis=1))[:, None])
 
-    found = additivity(characterisation(light=interacting))
-    assert found.passed is False
+    found = judged(additivity(characterisation(light=interacting)), False)
     assert _found(found) == pytest.approx(5.0, abs=1.0)
     assert "255 255 255" in [row[0] for row in known(found.table).rows]
 
@@ -195,8 +180,7 @@ def test_simple_gamma_is_that_of_scipy_s_search() -> None:
 
 
 def test_headroom_finds_a_clipped_top() -> None:
-    found = headroom(characterisation(light=lambda codes: MODEL.xyz(np.minimum(codes, 0.95))))
-    assert found.passed is False
+    found = judged(headroom(characterisation(light=lambda codes: MODEL.xyz(np.minimum(codes, 0.95)))), False)
     assert _found(found) == pytest.approx(0.0, abs=0.6)
     assert found.at_least
 
@@ -207,13 +191,10 @@ def test_chromaticities_find_what_no_sum_of_primaries_can_be() -> None:
         light[:, 0] += 0.6 * codes[:, 0] * (1 - codes[:, 0]) * 4  # redder than red, half way up
         return light
 
-    found = chromaticities(characterisation(light=spilling))
-    assert found.passed is False
+    judged(chromaticities(characterisation(light=spilling)), False)
     negative = np.array(CLEAN.XYZ)
     negative[5, 2] = -0.01
-    found = chromaticities(replace(CLEAN, XYZ=negative))
-    assert found.passed is False
-    assert "negative" in found.words
+    judged(chromaticities(replace(CLEAN, XYZ=negative)), False, "negative")
 
 
 def test_a_share_of_variance_below_zero_is_explained_and_no_percentage() -> None:
@@ -237,20 +218,16 @@ def test_estimated_codes_and_colours_find_a_wrong_model() -> None:
 
 
 def test_gamut_is_told_and_its_change_judged() -> None:
-    told = gamut(CLEAN)
-    assert told.passed is None
+    told = judged(gamut(CLEAN), None)
     assert 90 < _found(told) < 105
     assert _found(gamut_change(CLEAN, CLEAN, "a", "b")) == pytest.approx(0, abs=1e-12)
     pale = DisplayModel(MODEL.black_XYZ_cd_m2, MODEL.primaries_XYZ_cd_m2 @ (0.9 * np.eye(3) + 0.05), MODEL.curves)
-    change = gamut_change(characterisation(light=pale.xyz), CLEAN, "pale", "usual")
-    assert change.passed is False
-    assert "smaller" in change.words
+    judged(gamut_change(characterisation(light=pale.xyz), CLEAN, "pale", "usual"), False, "smaller")
 
 
 def test_glasses_are_found_from_pairs() -> None:
     through = characterisation(2, light=lambda codes: MODEL.xyz(codes) * [0.14, 0.15, 0.13])
-    found = glasses_transmittance(through, CLEAN)
-    assert found.passed is True
+    found = judged(glasses_transmittance(through, CLEAN), True)
     assert _found(found) == pytest.approx(15.0, rel=0.01)
     assert luminance_loss(through, CLEAN).passed is True
     assert glasses_transmittance(CLEAN, through).passed is False  # swapped
@@ -292,9 +269,7 @@ def test_overlapping_spectra_fail() -> None:
     linear = np.stack([curve.linear(CLEAN.codes[:, i]) for i, curve in enumerate(MODEL.curves)], axis=1)
     wide = np.array([np.exp(-(((waves - peak) / 80) ** 2)) for peak in (580.0, 550.0, 455.0)])
     assert spectral_overlap(replace(CLEAN, spectra=light, wavelengths_nm=waves)).passed is True
-    found = spectral_overlap(replace(CLEAN, spectra=linear @ wide, wavelengths_nm=waves))
-    assert found.passed is False
-    assert "red and green" in found.words
+    judged(spectral_overlap(replace(CLEAN, spectra=linear @ wide, wavelengths_nm=waves)), False, "red and green")
 
 
 def test_primaries_that_divide_observers_are_found_and_broad_ones_are_not() -> None:
@@ -389,9 +364,7 @@ def test_everything_is_judged_at_usual_noise(highest: int) -> None:
 )
 def test_each_fault_is_found_and_named(planted: dict[str, float], check: str, says: str) -> None:
     (judge,) = (one for one in CHECKS if one.__name__ == check)
-    found = judge(panel(**planted))
-    assert found.passed is False, found.words
-    assert says in found.words
+    judged(judge(panel(**planted)), False, says)
 
 
 def test_figures_are_those_that_were_planted() -> None:
@@ -434,22 +407,16 @@ def test_primaries_that_add_up_to_no_white_are_not_judged() -> None:
     table = panel()
     wild = np.array(table.XYZ)
     wild[np.all(table.codes == [0, 0, 1], axis=1), 2] = 1e30
-    found = standard_primaries(replace(table, XYZ=wild))
-    assert found.passed is None
-    assert "no white" in found.words
+    judged(standard_primaries(replace(table, XYZ=wild)), None, "no white")
 
 
 def test_a_conversion_for_another_tone_response_changes_channels_with_their_level() -> None:
-    found = channel_constancy(converted(2, WIDE, None))
-    assert found.passed is False
-    assert "converted" in found.words
+    judged(channel_constancy(converted(2, WIDE, None)), False, "converted")
     assert channel_constancy(panel()).passed is True
 
 
 def test_what_a_channel_adds_is_not_judged_where_light_depends_on_the_picture() -> None:
-    found = added_channels(faulty(3, dynamic_contrast=0.3))
-    assert found.passed is None
-    assert "Dynamic contrast comes first" in found.words
+    judged(added_channels(faulty(3, dynamic_contrast=0.3)), None, "Dynamic contrast comes first")
 
 
 def test_noise_that_hides_a_step_leaves_it_unjudged() -> None:
@@ -457,9 +424,7 @@ def test_noise_that_hides_a_step_leaves_it_unjudged() -> None:
     assert code_steps(noisy).passed is None
     assert "measure longer" in code_steps(noisy).words
     assert last_codes(noisy).passed is None
-    dark = black_with_picture(read_cable(MODEL, Faults(noise=0.001, floor_cd_m2=0.1), 1))
-    assert dark.passed is None
-    assert "differ too much" in dark.words
+    judged(black_with_picture(read_cable(MODEL, Faults(noise=0.001, floor_cd_m2=0.1), 1)), None, "differ too much")
 
 
 def test_one_reading_of_each_code_cannot_show_what_is_noise() -> None:
@@ -474,8 +439,7 @@ def test_without_the_set_nothing_is_judged_and_it_is_said_what_to_use() -> None:
     for check in CHECKS:
         if check in (channel_constancy, white_segment, standard_primaries):
             continue
-        found = check(table)
-        assert found.passed is None
+        found = judged(check(table), None)
         assert found.words == "Not measured: use display measure --set cable."
     # These know enough of any characterisation.
     assert white_segment(table).passed is True

@@ -25,7 +25,7 @@ from devices.diagnostics.settling import settle
 from devices.display import DisplayModel, EyeModels, read_display
 from devices.errors import DeviceError
 from devices.readings import Measurements, PatchEye, read_csv
-from tests.devices.diagnostics.simulated import MODEL, characterisation, readings
+from tests.devices.diagnostics.simulated import MODEL, characterisation, judged, readings
 from tests.devices.diagnostics.simulated import crosstalk_readings as leaking
 from tests.kept import known
 
@@ -61,8 +61,7 @@ def _inside(part: str, folder: Path) -> Path:
 
 def test_figure_3_7_is_uneven_by_56_percent(tmp_path: Path) -> None:
     assert uniformity(_grid(np.full((3, 3), 7.0))).passed is True
-    found = uniformity(_grid(FIGURE_3_7))
-    assert found.passed is False
+    found = judged(uniformity(_grid(FIGURE_3_7)), False)
     assert found.value == pytest.approx(56.1, abs=0.05)
     assert "-56.1 %" in found.words
     assert "+11.8 %" in found.words
@@ -73,8 +72,7 @@ def test_figure_3_7_is_uneven_by_56_percent(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("leaks", "passed"), [((0.02, 0.03), True), ((0.02, 0.08), False)])
 def test_crosstalk_becomes_part_of_a_display_file(leaks: tuple[float, float], passed: bool, tmp_path: Path) -> None:
-    found = crosstalk(leaking({"left": leaks[0], "right": leaks[1]}, noise=0.0))
-    assert found.passed is passed
+    found = judged(crosstalk(leaking({"left": leaks[0], "right": leaks[1]}, noise=0.0)), passed)
     assert found.value == pytest.approx(100 * leaks[1], abs=1e-6)
     display = read_display(_inside(found.output, tmp_path))
     read = known(display.crosstalk("quad-buffered"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import time
 from collections.abc import Callable
@@ -162,9 +163,8 @@ def test_curves_follow_each_other_at_multiples_of_four_bytes() -> None:
     ],
 )
 def test_a_damaged_curve_is_refused(data: bytes, words: str) -> None:
-    with pytest.raises(DeviceError) as caught:
+    with pytest.raises(DeviceError, match=re.escape(words)) as caught:
         _curve(data)
-    assert words in str(caught.value)
     assert "'rTRC'" in str(caught.value)
 
 
@@ -222,9 +222,8 @@ def test_adobe_s_table_of_16_bits_that_says_8() -> None:
     ],
 )
 def test_a_table_of_another_size_is_refused_with_its_figures(data: bytes, words: str) -> None:
-    with pytest.raises(DeviceError) as caught:
+    with pytest.raises(DeviceError, match=re.escape(words)) as caught:
         _read(data)
-    assert words in str(caught.value)
     assert "display.icc: the tag 'vcgt'" in str(caught.value)
     assert len(caught.value.findings) == 1
 
@@ -314,9 +313,8 @@ def test_a_table_gives_what_littlecms_gives(name: str, pcs: bytes) -> None:
     ],
 )
 def test_a_damaged_table_is_refused(tag: bytes, words: str) -> None:
-    with pytest.raises(DeviceError) as caught:
+    with pytest.raises(DeviceError, match=re.escape(words)):
         read_table(Tag("display.icc", "A2B0", tag), "Lab").xyz(CODES)
-    assert words in str(caught.value)
 
 
 # Damaged profiles: whatever bytes are cut off or changed, the answer is a reading or a refusal, and comes soon.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -101,9 +102,8 @@ def test_codes_that_do_not_tell_are_refused(largest: str) -> None:
     ],
 )
 def test_faults_name_their_place(text: str, place: str) -> None:
-    with pytest.raises(DeviceError) as caught:
+    with pytest.raises(DeviceError, match=re.escape(place)):
         _parse(text)
-    assert place in str(caught.value)
 
 
 def test_a_column_that_is_not_read_is_told() -> None:
@@ -394,9 +394,8 @@ def test_empty_cells_stand_for_all_of_the_picture() -> None:
     ],
 )
 def test_wrong_areas_and_surrounds_name_their_place(lines: list[str], says: str) -> None:
-    with pytest.raises(DeviceError) as told:
+    with pytest.raises(DeviceError, match=re.escape(says)):
         parse_csv(lines, "t.csv")
-    assert says in str(told.value)
 
 
 def test_an_area_of_nothing_in_a_ti3_names_its_place() -> None:
@@ -450,9 +449,8 @@ def test_patch_files_say_area_and_surround(tmp_path: Path) -> None:
     assert (b.filled, b.surround) == (1 / 9, (1, 0, 0))
     assert (c.filled, c.around, c.area) == (1, None, None)
     file.write_text("# codes: 0..255\nname,red,green,blue,area,surround_red\na,255,255,255,2,0\n")
-    with pytest.raises(DeviceError) as told:
+    with pytest.raises(DeviceError, match=re.escape("own.csv:2: the header has no surround_green")) as told:
         find_patches(str(file))
-    assert "own.csv:2: the header has no surround_green" in str(told.value)
     assert "own.csv:3:5: the area is '2'" in str(told.value)
 
 

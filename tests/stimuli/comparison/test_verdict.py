@@ -442,14 +442,6 @@ def test_what_cannot_be_measured_is_refused_in_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_missing_package_is_named(tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
-    photo = written(tmp_path / "a.exr", few())
-    told = cyclopean("compare", photo, photo, "--regions", PLATE, "--rig", RIG, "--measures", "flip", expect=2)
-    assert "pip install '.[measures]'" in told.stderr
-    assert len(told.stderr.splitlines()) == 1
-
-
 @pytest.mark.nightly
 def test_measures_make_a_table_and_do_not_change_the_verdict(tmp_path: Path, cyclopean: Cyclopean) -> None:
     photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.05))

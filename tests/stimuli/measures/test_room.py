@@ -119,12 +119,18 @@ def test_flat_pictures_have_no_value_for_two_eyes() -> None:
     assert pair.binocular("delta-e-2000") == pair["delta-e-2000"].binocular
 
 
-def test_a_measure_whose_package_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "package", "extra"), [("flip", "flip_evaluator", "measures"), ("cvvdp", "pycvvdp", "vdp")]
+)
+def test_a_measure_whose_package_is_missing(
+    monkeypatch: pytest.MonkeyPatch, name: str, package: str, extra: str
+) -> None:
     monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
-    with pytest.raises(StimulusError, match="'flip' needs the package flip_evaluator") as refused:
-        measures_named(["flip"])
-    assert "pip install '.[measures]'" in str(refused.value)
-    assert "flip" not in [measure.name for measure in measures_named(["all"])]
+    with pytest.raises(StimulusError, match=f"'{name}' needs the package {package}") as refused:
+        measure_pictures(GREY, GREY, [name], ViewingConditions(45.0))
+    assert f"pip install '.[{extra}]'" in str(refused.value)
+    assert name in measure_names()
+    assert name not in [measure.name for measure in measures_named(["all"])]
 
 
 def test_the_table_that_is_told() -> None:
@@ -163,15 +169,6 @@ def test_of_all_measures_one_that_cannot_take_the_pictures_is_left_out() -> None
 
 
 GREY = np.full((32, 32, 3), 40.0, dtype=np.float32)
-
-
-def test_without_the_package_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
-    with pytest.raises(StimulusError, match="'cvvdp' needs the package pycvvdp") as raised:
-        measure_pictures(GREY, GREY, ["cvvdp"], ViewingConditions(45.0))
-    assert "pip install '.[vdp]'" in str(raised.value)
-    assert "cvvdp" in measure_names()
-    assert "cvvdp" not in [measure.name for measure in measures_named(["all"])]
 
 
 def test_a_package_that_cannot_be_loaded_is_one_message(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -250,19 +247,6 @@ def test_decoding_undoes_encoding_and_more_light_is_more(luminance: float, facto
     assert float(pu21_decoded(value)) == pytest.approx(luminance, rel=1e-6)
     if luminance * factor <= 10_000.0:
         assert float(pu21_encoded(luminance * factor)) > value
-
-
-@pytest.mark.parametrize("band_pixels", [1 << 19, 48 * 20])
-def test_ssim_is_that_of_scikit_image(monkeypatch: pytest.MonkeyPatch, band_pixels: int) -> None:
-    reference, test = pair()
-    encoded = [pu21_encoded(picture[..., 1]) for picture in (reference, test)]
-    monkeypatch.setattr(rows, "BAND_PIXELS", band_pixels)
-    got = measure_named("pu-ssim").measure(reference, test, VIEWING).value
-    theirs = structural_similarity(
-        *encoded, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, data_range=256
-    )
-    assert got == pytest.approx(float(theirs), abs=1e-7)
-    assert 0.3 < got < 0.999
 
 
 def test_psnr_is_that_of_scikit_image_at_a_peak_of_256() -> None:
