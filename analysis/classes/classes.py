@@ -8,6 +8,7 @@ groups than in the end. A sweep takes out every class, and every membership, tha
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
@@ -234,19 +235,10 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
     return _swept(columns, n)
 
 
-def classes_if_few(
-    theta: Floats,
-    covariance: Floats,
-    *,
-    alpha: float = 0.05,
-    adjust: Adjust = "holm",
-    df: Floats | float | None = None,
-    spread: Spread | None = None,
-    profiles: PairTests | None = None,
-) -> Classes | None:
+def classes_if_few(classified: Callable[[], Classes]) -> Classes | None:
     """Return what `classify` does, None where there are too many classes to list."""
     try:
-        return classify(theta, covariance, alpha=alpha, adjust=adjust, df=df, spread=spread, profiles=profiles)
+        return classified()
     except TooManyClasses:
         return None
 

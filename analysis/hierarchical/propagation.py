@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 
@@ -122,7 +123,7 @@ def propagate(
         delta = counts.differences(theta[None])[0]
         solution = _solved(blocks, variance, slope - v * delta, v)
         mean, deviation = _marginals(blocks, variance, delta, solution)
-        shift, ratio, _ = _tilted(counts, law, mean, deviation, slope, v)
+        shift, ratio, _ = _tilted(counts, law, (mean, deviation, slope, v))
         largest = max(float(np.abs(shift).max()), float(np.abs(ratio - 1).max()))
         shift = np.clip(shift, -LARGEST_SHIFT, LARGEST_SHIFT)
         ratio = np.clip(ratio, 1 / LARGEST_RATIO, LARGEST_RATIO)
@@ -154,7 +155,7 @@ def propagate(
     log_z = np.nan
     if not slope_only:
         mean, deviation = _marginals(blocks, variance, delta, solution)
-        gained = _tilted(counts, law, mean, deviation, slope, v)[2]
+        gained = _tilted(counts, law, (mean, deviation, slope, v))[2]
         flow = slope - v * delta
         # hᵀ b̂ / 2, h being the sum of the flows into each node.
         log_z = float((delta * (slope + flow)).sum() + (flow * (mean - delta)).sum()) / 2 + float(gained.sum())
@@ -210,30 +211,31 @@ def _rough_links(counts: Counts, blocks: Blocks, variance: float, solution: Solu
     return np.asarray(links + rest)
 
 
-def _tilted(
-    counts: Counts, law: Law, mean: Floats, deviation: Floats, slope: Floats, v: Floats
-) -> tuple[Floats, Floats, Floats]:
+# Of the sites: mean and deviation of their marginals of η, slope and precision; each of shape (E,).
+_Sites: TypeAlias = tuple[Floats, Floats, Floats, Floats]
+
+
+def _tilted(counts: Counts, law: Law, sites: _Sites) -> tuple[Floats, Floats, Floats]:
     """Return what a factor does to its η in place of the site, and log E[t / site], each of shape (E,).
 
     The first is by how many standard deviations it moves the mean, the second by what it multiplies the variance.
     """
-    pairs = len(mean)
+    pairs = len(sites[0])
     shift, ratio, gained = np.empty(pairs), np.empty(pairs), np.empty(pairs)
     for start in range(0, pairs, CHUNK):
         some = slice(start, start + CHUNK)
         first, second = counts.first[some], counts.second[some]
         own = Counts(counts.n, first, second, counts.won[:, some], counts.lost[:, some], counts.tied[:, some])
-        site = (mean[some], deviation[some], slope[some], v[some])
-        moments = (_logistic_moments(own, *site) if law is LOGISTIC else None) or _moments(own, law, *site)
+        mean, deviation, slope, v = (each[some] for each in sites)
+        part = mean, deviation, slope, v
+        moments = (_logistic_moments(own, part) if law is LOGISTIC else None) or _moments(own, law, part)
         shift[some], ratio[some], gained[some] = moments
     return shift, ratio, gained
 
 
-def _moments(
-    counts: Counts, law: Law, mean: Floats, deviation: Floats, slope: Floats, v: Floats
-) -> tuple[Floats, Floats, Floats]:
+def _moments(counts: Counts, law: Law, sites: _Sites) -> tuple[Floats, Floats, Floats]:
     """Return `_tilted` by any law, for answers of any number."""
-    z, weight = _rule()
+    (mean, deviation, slope, v), (z, weight) = sites, _rule()
     eta = mean + deviation * z[:, None]
     terms = law.log_likelihood(counts, eta, 0.0)
     terms += np.log(weight)[:, None] - eta * (slope - eta * (v / 2))
@@ -244,14 +246,12 @@ def _moments(
     return shift, z**2 @ chance / total - shift**2, np.log(total) + largest
 
 
-def _logistic_moments(
-    counts: Counts, mean: Floats, deviation: Floats, slope: Floats, v: Floats
-) -> tuple[Floats, Floats, Floats] | None:
+def _logistic_moments(counts: Counts, sites: _Sites) -> tuple[Floats, Floats, Floats] | None:
     """As `_moments` by the logistic law, without a logarithm for each point; None where a product could underflow.
 
     With η = m + s z, W answers won of N, factor / site = exp(c + A z + B z²) (1 + exp η)^−N.
     """
-    z, weight = _rule()
+    (mean, deviation, slope, v), (z, weight) = sites, _rule()
     won, answers = counts.won[0], counts.won[0] + counts.lost[0]
     linear, square = deviation * (won - slope + v * mean), deviation**2 * v / 2
     reach = np.abs(mean) + z[-1] * deviation

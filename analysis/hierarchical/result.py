@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.choices import Adjust
-from analysis.classes.classes import Classes, best_first, classes_if_few
+from analysis.classes.classes import Classes, best_first, classes_if_few, classify
 from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
 from analysis.hierarchical.propagation import GroupAnswers, Sites
@@ -192,7 +193,8 @@ class HierarchicalFit:
     def classes(self, group: str | None = None) -> Classes | None:
         """Return the perceptual classes of a group, by Student's law; None where there are too many to list."""
         of = self._group(group)
-        return classes_if_few(of.theta, of.covariance, alpha=self.alpha, adjust=self.adjust, df=self.df)
+        tested = partial(classify, of.theta, of.covariance, alpha=self.alpha, adjust=self.adjust, df=self.df)
+        return classes_if_few(tested)
 
     def predict(self, first: str, second: str, group: str | None = None) -> Prediction:
         """Return what a new observer says to one pair of items.

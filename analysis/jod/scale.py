@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, TypedDict, Unpack
 
 import numpy as np
 
 from analysis.bootstrap.replicates import draw_observers
 from analysis.choices import Adjust
-from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
+from analysis.classes.classes import Classes, best_first, check_level, classes_if_few, classify
 from analysis.comparisons.comparisons import Comparisons, split_groups
 from analysis.errors import ResultsError, naming
 from analysis.jod.fits import check_counts, fit_jod
@@ -194,7 +195,7 @@ def _scale(comparisons: Comparisons, how: JodOptions, weights: Floats) -> JodSca
         ends = [alpha / 2, 1 - alpha / 2]
         low, high = np.quantile(drawn - drawn[:, place, None], ends, axis=0, method="hazen").tolist()
         covariance = np.cov(drawn.T)
-        classes = classes_if_few(jod, covariance, alpha=alpha, adjust=how["adjust"])
+        classes = classes_if_few(partial(classify, jod, covariance, alpha=alpha, adjust=how["adjust"]))
     won, compared = comparisons.won, comparisons.compared
     order = best_first(jod if sound else won / np.maximum(compared, 1))
     rows = tuple(

@@ -51,8 +51,8 @@ class SmallestDifference(JsonResult):
         Share (0 to 1) of the studies that are to find it.
     observer_sd
         Standard deviation between observers in nats, of each item's log score.
-    alpha, adjust, covariance
-        How pairs are tested.
+    alpha
+        Level at which pairs are tested.
     studies, seed
         How many were simulated of each difference that was tried, and their random seed.
     group
@@ -67,8 +67,6 @@ class SmallestDifference(JsonResult):
     target: float
     observer_sd: float
     alpha: float
-    adjust: Adjust
-    covariance: CovarianceChoice
     studies: int
     seed: int
     group: str = ""
@@ -213,8 +211,9 @@ def smallest_difference(
     n = (1 + int(np.sqrt(1 + 8 * rows.shape[1]))) // 2
     if observers < 2 or not 2 <= n <= MOST_ITEMS or not _linked(rows, n):
         return None
-    design = tuple(map(tuple, rows.tolist()))
-    return _smallest(design, observers, n, alpha, adjust, covariance, observer_sd, target, seed)
+    studies = int(np.clip(MOST_NUMBERS // (n * n * max(observers, 20)), FEWEST_STUDIES, MOST_STUDIES))
+    asked = SmallestDifference(observers, n, None, None, None, target, observer_sd, alpha, studies, seed)
+    return _smallest(asked, tuple(map(tuple, rows.tolist())), adjust, covariance)
 
 
 def smallest_in(
@@ -247,33 +246,23 @@ def smallest_in(
 
 @lru_cache(maxsize=64)
 def _smallest(
-    design: tuple[tuple[int, ...], ...],
-    observers: int,
-    n: int,
-    alpha: float,
-    adjust: Adjust,
-    covariance: CovarianceChoice,
-    observer_sd: float,
-    target: float,
-    seed: int,
+    asked: SmallestDifference, design: tuple[tuple[int, ...], ...], adjust: Adjust, covariance: CovarianceChoice
 ) -> SmallestDifference:
+    """Return ``asked`` with the difference that the design finds."""
+    n, observers, target = asked.items, asked.observers, asked.target
     times = np.array(design[0] if len(design) == 1 else design, dtype=np.int64)
     names, none = tuple(f"item {item}" for item in range(n)), np.zeros(times.shape[-1], dtype=np.bool_)
-    plan = Plan(names, np.zeros(n), times, none, observer_sd, "average", 0.0, alpha, adjust, covariance)
-    studies = int(np.clip(MOST_NUMBERS // (n * n * max(observers, 20)), FEWEST_STUDIES, MOST_STUDIES))
+    plan = Plan(names, np.zeros(n), times, none, asked.observer_sd, "average", 0.0, asked.alpha, adjust, covariance)
     tried: dict[float, float] = {}
 
     def enough(place: int) -> bool:
         nats = float(TRIED_NATS[place])
-        tried[nats] = _chance(plan, observers, nats, studies, seed)
+        tried[nats] = _chance(plan, observers, nats, asked.studies, asked.seed)
         return tried[nats] >= target
 
     _search(enough, int(np.searchsorted(TRIED_NATS[:-1], _guess(plan, observers, target))))
-    nats, error = _between(tried, target, studies)
-    most = tried[MOST_NATS] if nats is None else None
-    return SmallestDifference(
-        observers, n, nats, error, most, target, observer_sd, alpha, adjust, covariance, studies, seed
-    )
+    nats, error = _between(tried, target, asked.studies)
+    return replace(asked, nats=nats, error_nats=error, found_of_most=tried[MOST_NATS] if nats is None else None)
 
 
 def _search(enough: Callable[[int], bool], place: int) -> None:

@@ -22,7 +22,6 @@ from .newton import maximise as maximise
 from .result import CovarianceKind as CovarianceKind
 from .result import ModelMethod as ModelMethod
 from .robust_tests import ObserverTest as ObserverTest
-from .scores import MethodChoice as MethodChoice
 from .scores import Scores as Scores
 from .scores import score as score
 from .separation import are_connected as are_connected

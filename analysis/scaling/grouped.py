@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypedDict, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
-from analysis.choices import Adjust, CovarianceChoice
+from analysis.choices import Adjust
 from analysis.comparisons.comparisons import (
     Comparisons,
     rename_items,
@@ -20,7 +20,7 @@ from analysis.comparisons.comparisons import (
 from analysis.errors import ResultsError, naming
 from analysis.scaling.group_agreement import GroupAgreement, group_agreement
 from analysis.scaling.laws import LAWS, Model
-from analysis.scaling.scores import MethodChoice, Scores, score
+from analysis.scaling.scores import FitOptions, Scores, score
 from analysis.scaling.separation import compared_groups
 from documents import Finding
 from documents.text import counted
@@ -28,15 +28,11 @@ from documents.text import counted
 MOST_NAMED = 5
 
 
-class ScoreOptions(TypedDict, total=False):
+class ScoreOptions(FitOptions, total=False):
     """The options of `analysis.scaling.scores.score`, whose defaults stand there."""
 
     alpha: float
     adjust: Adjust
-    method: MethodChoice
-    prior_sd: float
-    order_effect: bool
-    covariance: CovarianceChoice
     quasi_variances: bool
 
 

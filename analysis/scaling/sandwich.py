@@ -129,7 +129,7 @@ def contributions(counts: Counts, answers: Answers, law: Law, point: Point, join
         kept = values > values[-1] * 1e-12
         root = vectors[:, kept] * np.sqrt(values[kept])
     if root is not None and not same and people * root.shape[1] ** 3 <= MOST_WORK:
-        leverages = _leverages(counts, answers, law, slopes, root, observer, people)
+        leverages = _leverages(counts, answers, slopes, root, observer)
         own, axes = np.linalg.eigh(leverages)
         stretch = 1 / np.sqrt(1 - np.clip(own, 0, MOST_LEVERAGE))
         along = np.einsum("srt,sr->st", axes, gradients @ root)
@@ -200,21 +200,13 @@ def _same_design(counts: Counts, answers: Answers, slopes: Slopes, observer: NDA
     return bool((given == given[0]).all())
 
 
-def _leverages(
-    counts: Counts,
-    answers: Answers,
-    law: Law,
-    slopes: Slopes,
-    root: Floats,
-    observer: NDArray[np.intp],
-    people: int,
-) -> Floats:
+def _leverages(counts: Counts, answers: Answers, slopes: Slopes, root: Floats, observer: NDArray[np.intp]) -> Floats:
     """Return K_s = Rᵀ I_s R of each observer, shape (S, r, r); I_s is their own observed information."""
-    n = counts.n
+    n, people = counts.n, int(observer.max()) + 1
     rows = root[counts.first] - root[counts.second]
     if counts.ordered:
         rows = rows + root[-1]
-    k = root[n] if law.parameter else None
+    k = root[n] if len(root) - counts.ordered > n else None  # the law's own parameter
     rank = root.shape[1]
     leverages = np.zeros((people, rank, rank))
     order = np.argsort(observer, kind="stable")

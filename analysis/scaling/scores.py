@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypedDict, Unpack
 
 import numpy as np
 
 from analysis.choices import Adjust, CovarianceChoice
-from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
+from analysis.classes.classes import Classes, best_first, check_level, classes_if_few, classify
 from analysis.classes.multiplicity import check_adjustment
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
@@ -25,7 +25,16 @@ from documents.text import JsonResult, finite
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
 
-MethodChoice = ModelMethod | Literal["auto"]
+
+class FitOptions(TypedDict, total=False):
+    """How `score` fits: the options of `analysis.scaling.fitting.fit_model`, whose defaults stand there."""
+
+    method: ModelMethod | Literal["auto"]
+    prior_sd: float
+    order_effect: bool
+    covariance: CovarianceChoice
+
+
 MOST_ITEMS_PENALISED = 1000  # unless asked for: the penalty needs dense equations
 
 
@@ -126,11 +135,8 @@ def score(
     *,
     alpha: float = 0.05,
     adjust: Adjust = "holm",
-    method: MethodChoice = "ml",
-    prior_sd: float = DEFAULT_PRIOR_SD,
-    order_effect: bool = False,
-    covariance: CovarianceChoice = "auto",
     quasi_variances: bool = False,
+    **fitting: Unpack[FitOptions],
 ) -> Scores:
     """Fit ``model`` to ``comparisons`` as `analysis.scaling.fitting.fit_model` does, and group the items into classes.
 
@@ -142,11 +148,12 @@ def score(
     alpha, adjust
         Significance level of a difference, and correction for multiple comparisons, as
         `analysis.classes.classes.classify` has them.
-    method
-        As `fit_model` has it; ``auto`` is ``ml``, or ``firth`` where only that gives scores: where some items, of 1000
-        at most, always won, and comparisons link all of them.
     quasi_variances
         Compute quasi-variances too, where there is a finite maximum.
+    **fitting
+        ``method``, ``prior_sd``, ``order_effect`` and ``covariance`` as `fit_model` has them; the method ``auto`` is
+        ``ml``, or ``firth`` where only that gives scores: where some items, of 1000 at most, always won, and
+        comparisons link all of them.
 
     Returns
     -------
@@ -167,18 +174,13 @@ def score(
     """
     check_level(alpha)
     check_adjustment(adjust)
-    fitted = fit_model(
-        comparisons,
-        model,
-        method="ml" if method == "auto" else method,
-        prior_sd=prior_sd,
-        order_effect=order_effect,
-        covariance=covariance,
-    )
+    prior_sd, ordered = fitting.get("prior_sd", DEFAULT_PRIOR_SD), fitting.get("order_effect", False)
+    fit, covariance = partial(fit_model, comparisons, model, order_effect=ordered), fitting.get("covariance", "auto")
+    method = fitting.get("method", "ml")
+    fitted = fit(method="ml" if method == "auto" else method, prior_sd=prior_sd, covariance=covariance)
     few = fitted.counts.n <= MOST_ITEMS_PENALISED
     if method == "auto" and fitted.separation and few and not are_apart(fitted.counts):
-        kind: CovarianceChoice = covariance if covariance in ("model", "scaled") else "auto"
-        fitted = fit_model(comparisons, model, method="firth", order_effect=order_effect, covariance=kind)
+        fitted = fit(method="firth", covariance=covariance if covariance in ("model", "scaled") else "auto")
     sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
     find_classes = partial(classes_of, fitted, alpha=alpha, adjust=adjust) if sound else partial(_known, None)
     quasi = fitted.quasi_variances() if sound and quasi_variances else None
@@ -188,15 +190,8 @@ def score(
 def classes_of(fitted: Fit, *, alpha: float = 0.05, adjust: Adjust = "holm") -> Classes | None:
     """Return the classes of a fit's items, by its covariance and degrees of freedom; None where there are too many."""
     spread = fitted.clustered.spread if fitted.clustered else None
-    return classes_if_few(
-        fitted.theta,
-        fitted.covariance,
-        alpha=alpha,
-        adjust=adjust,
-        df=fitted.pair_freedom,
-        spread=spread,
-        profiles=profiles_of(fitted),
-    )
+    how = partial(classify, alpha=alpha, adjust=adjust, df=fitted.pair_freedom, spread=spread)
+    return classes_if_few(partial(how, fitted.theta, fitted.covariance, profiles=profiles_of(fitted)))
 
 
 def rescored(scores: Scores, fitted: Fit, classes: Classes | None) -> Scores:

@@ -125,32 +125,23 @@ def left_out_xyz(
     fitted again; more than 200 are left out in twenty groups. Where ``names`` repeat, those of one name are left out
     together.
     """
-    n = len(C)
+    out = np.full_like(XYZ, np.nan)
     if len(set(names)) < len(names):
-        return _left_out_by_name(C, XYZ, loss, white, fitted, names)
+        named = [np.array([other == name for other in names]) for name in dict.fromkeys(names)]
+        for own in named:
+            if np.linalg.matrix_rank(C[~own]) == C.shape[1]:
+                out[own] = C[own] @ solve(C[~own], XYZ[~own], loss, white, fitted.M).M.T
+        return out
     q, _ = np.linalg.qr(C / np.linalg.norm(C, axis=0))
     leverage = np.sum(q * q, axis=1)
     lone = 1.0 - leverage < 1e-10
     if loss == "xyz":
         error = XYZ - C @ fitted.M.T
-        out = XYZ - error / np.where(lone, np.nan, 1.0 - leverage)[:, None]
-        return np.asarray(out)
-    out = np.full_like(XYZ, np.nan)
+        return np.asarray(XYZ - error / np.where(lone, np.nan, 1.0 - leverage)[:, None])
     for group in _groups(C, XYZ, ~lone):
-        others = np.ones(n, dtype=bool)
+        others = np.ones(len(C), dtype=bool)
         others[group] = False
         out[group] = C[group] @ solve(C[others], XYZ[others], loss, white, fitted.M).M.T
-    return out
-
-
-def _left_out_by_name(
-    C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solution, names: Sequence[str]
-) -> Floats:
-    out = np.full_like(XYZ, np.nan)
-    for name in dict.fromkeys(names):
-        group = np.array([other == name for other in names])
-        if np.linalg.matrix_rank(C[~group]) == C.shape[1]:
-            out[group] = C[group] @ solve(C[~group], XYZ[~group], loss, white, fitted.M).M.T
     return out
 
 

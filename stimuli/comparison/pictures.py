@@ -22,8 +22,7 @@ from stimuli.pictures.stereo_image import XYZImage
 
 if TYPE_CHECKING:
     from devices.camera import CameraModel, Exposure
-    from stimuli.pictures.exr_read import ColourSpace
-    from stimuli.pictures.ordinary import Decoding
+    from stimuli.pictures.exr_read import Decoding
 
 _TIFF = (".tif", ".tiff")
 _FOR_SCREENS = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".tif", ".tiff")
@@ -153,10 +152,10 @@ def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
 
 def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Picture:
     """Read a picture of light a band of rows at a time; negative XYZ is set to 0 and counted."""
-    from stimuli.pictures.exr_read import read_exr_counted
+    from stimuli.pictures.exr_read import Decoding, read_exr_counted
     from stimuli.pictures.region import Region
 
-    space: ColourSpace | None = "xyz" if given == "xyz" else "rec709" if given == "rec709" else None
+    decoding = Decoding(given if given in ("xyz", "rec709") else "declared", negative="clip")
     width, height = _exr_size(path)
     views: dict[AnyEye, RowFile] = {}
     turn = Lock()
@@ -165,7 +164,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
         """Put the rows into the views' files; return how many pixels were clipped, and whose XYZ they are."""
         part = Region(0, band.start, width, band.stop - band.start)
         try:
-            read = read_exr_counted(path, space, negative="clip", region=part)
+            read = read_exr_counted(path, decoding, region=part)
         except StimulusError as error:
             raise _in_rows(error, band, height) from error
         eyes: tuple[AnyEye, ...] = ("both",) if read.image.is_flat else ("left", "right")
@@ -180,7 +179,12 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     parts = over_bands(read_band, (height, width), done)
     clipped, observer = sum(pixels for pixels, _ in parts), parts[-1][1]
     notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
-    step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
+    step = {
+        "step": "read",
+        "file": path.name,
+        "colour_space": decoding.colour_space,
+        "negative_pixels_set_to_0": clipped,
+    }
     eye_views: dict[AnyEye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}
     return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,), observer)
 

@@ -2,12 +2,12 @@ from .coded import CodedPicture as CodedPicture
 from .coded import read_coded as read_coded
 from .exr_header import REC709 as REC709
 from .exr_read import ColourSpace as ColourSpace
+from .exr_read import Decoding as Decoding
 from .exr_read import read_exr as read_exr
 from .exr_read import read_exr_counted as read_exr_counted
 from .exr_write import write_exr as write_exr
 from .find import FoundPicture as FoundPicture
 from .find import find_pictures as find_pictures
-from .ordinary import Decoding as Decoding
 from .ordinary import read_ordinary as read_ordinary
 from .packing import PACKINGS as PACKINGS
 from .packing import Packing as Packing

@@ -22,6 +22,27 @@ from stimuli.pictures.region import Part, Region
 from stimuli.pictures.rows import bands
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
+# The last five are of codes, in ordinary pictures; OpenEXR holds light.
+ColourSpace = Literal["declared", "xyz", "rec709", "srgb", "display-p3", "adobe-rgb", "rec2020", "icc"]
+Negative = Literal["refuse", "clip"]
+
+
+@dataclass(frozen=True, slots=True)
+class Decoding:
+    """How a file's values become light.
+
+    ``colour_space`` is that of light in a file that declares none, ``xyz`` or ``rec709`` (linear, D65), or a name for
+    codes, ``icc`` for the file's own profile; None and ``declared`` rely on the file. ``white_luminance_cd_m2`` is the
+    luminance of the value 1, or of the codes' white; without it that of OpenEXR is the file's ``whiteLuminance``, or
+    1 cd/m². Colours seen through alpha lie on a grey of ``alpha_background_cd_m2``, which light does not need.
+    ``negative`` says what to do with XYZ below 0: ``refuse`` the file, or ``clip`` to 0.
+    """
+
+    colour_space: str | None = None
+    white_luminance_cd_m2: float | None = None
+    alpha_background_cd_m2: float | None = None
+    negative: Negative = "refuse"
+
 
 @dataclass(frozen=True, slots=True)
 class ExrPicture:
@@ -41,12 +62,10 @@ class ExrPicture:
 
 def read_exr(
     path: Path,
-    colour_space: ColourSpace | None = None,
+    decoding: Decoding | ColourSpace | None = None,
     *,
     flat: bool = False,
     flat_eye: Eye | None = None,
-    white_luminance_cd_m2: float | None = None,
-    negative: Negative = "refuse",
     region: Region | Part | None = None,
     observer: str | None = DEFAULT_OBSERVER,
 ) -> StereoImage:
@@ -58,16 +77,12 @@ def read_exr(
     ----------
     path
         The file: one part with several views, several parts, or one view.
-    colour_space
-        That of a file that declares none: ``xyz`` or ``rec709`` (linear, D65); None and ``declared`` rely on the file.
+    decoding
+        How its values become light, or their colour space alone; None relies on the file.
     flat
         Whether to return the flat version: the centre view, or the view of ``flat_eye`` where the file has no centre.
     flat_eye
         The eye whose view is the flat version.
-    white_luminance_cd_m2
-        The luminance of the value 1; without it the file's ``whiteLuminance``, or 1 cd/m².
-    negative
-        What to do with XYZ below 0: ``refuse`` the file, or ``clip`` to 0.
     region
         The part of the picture to read, in pixels, or what chooses it by the picture's size; the rest is neither read
         nor checked.
@@ -98,15 +113,8 @@ def read_exr(
     >>> picture.right[0, 0].tolist()
     [10.0, 10.0, 10.0]
     """
-    read = read_exr_counted(
-        path,
-        colour_space,
-        flat=flat,
-        flat_eye=flat_eye,
-        white_luminance_cd_m2=white_luminance_cd_m2,
-        negative=negative,
-        region=region,
-    )
+    decoding = decoding if isinstance(decoding, Decoding) else Decoding(decoding)
+    read = read_exr_counted(path, decoding, flat=flat, flat_eye=flat_eye, region=region)
     refuse_other_observer(Path(path), read.observer, observer)
     return read.image
 
@@ -120,12 +128,10 @@ def refuse_other_observer(path: Path, observer: str, wanted: str | None) -> None
 
 def read_exr_counted(
     path: Path,
-    colour_space: ColourSpace | None = None,
+    decoding: Decoding,
     *,
     flat: bool = False,
     flat_eye: Eye | None = None,
-    white_luminance_cd_m2: float | None = None,
-    negative: Negative = "refuse",
     region: Region | Part | None = None,
 ) -> ExrPicture:
     """Return what `read_exr` returns, with the views used and the pixels clipped."""
@@ -150,16 +156,7 @@ def read_exr_counted(
     # One after the other, each in place of what was read of it.
     unconverted = dict(views)
     del views
-    converted = [
-        view_to_xyz(
-            unconverted.pop(name),
-            str(path),
-            colour_space,
-            white_luminance_cd_m2=white_luminance_cd_m2,
-            negative=negative,
-        )
-        for name in names
-    ]
+    converted = [view_to_xyz(unconverted.pop(name), str(path), decoding) for name in names]
     images = [xyz for xyz, _ in converted]
     clipped = sum(pixels for _, pixels in converted)
     image = StereoImage(images[0], images[-1], half=half)
@@ -190,24 +187,8 @@ def chosen_views(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye |
     raise StimulusError.at(path, f"there are only the views {listed}", "expected left and right, or center")
 
 
-# The last five are of codes, in ordinary pictures; OpenEXR holds light.
-ColourSpace = Literal["declared", "xyz", "rec709", "srgb", "display-p3", "adobe-rgb", "rec2020", "icc"]
-Negative = Literal["refuse", "clip"]
-
-
-def view_to_xyz(
-    view: View,
-    file: str,
-    colour_space: ColourSpace | None = None,
-    *,
-    white_luminance_cd_m2: float | None = None,
-    negative: Negative = "refuse",
-) -> tuple[XYZImage, int]:
+def view_to_xyz(view: View, file: str, decoding: Decoding) -> tuple[XYZImage, int]:
     """Return the view's XYZ in cd/m², float32 (height, width, 3), and how many pixels were clipped at 0.
-
-    ``colour_space`` is that of a file that declares none: ``xyz`` or ``rec709`` (linear, D65); None and ``declared``
-    rely on the file. ``white_luminance_cd_m2`` is the luminance of the value 1 and takes the place of
-    the file's ``whiteLuminance``; without both it is 1. ``negative="clip"`` sets XYZ below 0 to 0 and counts it.
 
     Raises
     ------
@@ -215,8 +196,8 @@ def view_to_xyz(
         If the colour space is neither declared nor given, or given otherwise than declared; if a value is NaN,
         infinite, or beyond single precision; if XYZ is negative and not to be clipped.
     """
-    matrix = matrix_of(view, file, colour_space)
-    given = (white_luminance_cd_m2, view.white_luminance_cd_m2)
+    matrix = matrix_of(view, file, decoding.colour_space)
+    given = (decoding.white_luminance_cd_m2, view.white_luminance_cd_m2)
     luminance = next((value for value in given if value is not None), 1.0)
     if not (np.isfinite(luminance) and luminance > 0):
         raise _wrong(view, file, f"its whiteLuminance is {luminance}", "declare a luminance above 0")
@@ -233,7 +214,7 @@ def view_to_xyz(
     if not below.any():
         return xyz, 0
     pixels = int(below.any(axis=-1).sum())
-    if negative == "refuse":
+    if decoding.negative == "refuse":
         raise _wrong(
             view,
             file,
@@ -244,7 +225,7 @@ def view_to_xyz(
     return np.maximum(xyz, np.float32(0)), pixels
 
 
-def matrix_of(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[np.float64]:
+def matrix_of(view: View, file: str, colour_space: str | None) -> NDArray[np.float64]:
     """Return what makes XYZ of the view's values, of luminance 1 for the value 1; StimulusError as `view_to_xyz`."""
     given = {"xyz": XYZ, "rec709": REC709}.get(colour_space or "")
     if given is None and colour_space not in (None, "declared"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.colour_spaces import NAMED_SPACES, Encoding, embedded_encoding, named_encoding, same_space
+from stimuli.pictures.exr_read import Decoding
 from stimuli.pictures.find import declared_space
 from stimuli.pictures.own_files import OwnFiles, decoded_eyes, own_files, stamps
 from stimuli.pictures.packing import PACKINGS, Packing, eye_size_px, stretched
@@ -30,21 +31,6 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 _LINEAR = ("xyz", "rec709")
 _ROWS = 64
-
-
-@dataclass(frozen=True, slots=True)
-class Decoding:
-    """How a file's codes become light.
-
-    ``colour_space`` is a name, ``icc`` for the file's own profile, or None (``declared``) for what the file states;
-    ``white_luminance_cd_m2`` is the luminance of its white. Colours seen through alpha lie on a grey of
-    ``alpha_background_cd_m2``. ``negative`` says what to do with XYZ below 0.
-    """
-
-    colour_space: str | None = None
-    white_luminance_cd_m2: float | None = None
-    alpha_background_cd_m2: float | None = None
-    negative: Literal["refuse", "clip"] = "refuse"
 
 
 @dataclass(frozen=True, eq=False, slots=True)

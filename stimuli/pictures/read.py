@@ -6,8 +6,8 @@ from pathlib import Path
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr, refuse_other_observer
-from stimuli.pictures.ordinary import Decoding, read_ordinary
+from stimuli.pictures.exr_read import ColourSpace, Decoding, Negative, read_exr, refuse_other_observer
+from stimuli.pictures.ordinary import read_ordinary
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.region import Part
@@ -85,8 +85,8 @@ def read_picture(
         raise StimulusError.at(
             files[1], "the two eyes' files are of different kinds", "give both as OpenEXR, or neither"
         )
+    decoding = Decoding(colour_space, white_luminance_cd_m2, alpha_background_cd_m2, negative)
     if ordinary[0]:
-        decoding = Decoding(colour_space, white_luminance_cd_m2, alpha_background_cd_m2, negative)
         image = read_ordinary(files, decoding, packing, flat=flat, flat_eye=flat_eye, part=part).image
         refuse_other_observer(files[0], DEFAULT_OBSERVER, observer)
         return image
@@ -97,17 +97,7 @@ def read_picture(
     if pair and flat and flat_eye is None:
         raise StimulusError.at(files[0], "there is no centre view for the flat version", "name an eye: left or right")
     images = [
-        read_exr(
-            file,
-            colour_space,
-            flat=flat or pair,
-            flat_eye=flat_eye,
-            white_luminance_cd_m2=white_luminance_cd_m2,
-            negative=negative,
-            observer=observer,
-            region=part,
-        )
-        for file in files
+        read_exr(file, decoding, flat=flat or pair, flat_eye=flat_eye, observer=observer, region=part) for file in files
     ]
     if flat and pair:
         return images[0 if flat_eye == "left" else 1]

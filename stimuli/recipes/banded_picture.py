@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import scaled
-from stimuli.pictures.exr_read import ColourSpace, chosen_views, matrix_of, middle_view
+from stimuli.pictures.exr_read import Decoding, chosen_views, matrix_of, middle_view
 from stimuli.pictures.exr_views import FilePart, View, channel_runs, header_view, parts_of
 from stimuli.pictures.exr_write import HALF_MAX, LEAST_PX, bands_of_blocks, write_pixel_rows, xyz_spec
 from stimuli.pictures.luminance_chroma import is_reconstructed
@@ -56,11 +56,10 @@ class BandedPicture:
     def of(
         cls,
         path: Path,
-        colour_space: ColourSpace | None,
+        decoding: Decoding,
         *,
         flat: bool,
         flat_eye: Eye | None,
-        white_luminance_cd_m2: float | None,
         observer: str,
     ) -> BandedPicture | None:
         """Return the picture in the file at ``path``, None if it is small or unusual; no pixel is read yet."""
@@ -76,7 +75,7 @@ class BandedPicture:
                 views = tuple(header_view(name, part, path) for name in names)
             if not _is_plain(part, names) or any(view.observer != observer for view in views):
                 return None
-            matrices = tuple(_matrix(view, str(path), colour_space, white_luminance_cd_m2) for view in views)
+            matrices = tuple(_matrix(view, str(path), decoding) for view in views)
         except StimulusError:
             return None
         return cls(path, part, views, matrices, middle_view(tuple(part.groups)) is not None)
@@ -193,10 +192,11 @@ def _is_plain(part: FilePart, names: Sequence[str]) -> bool:
     return large and window and in_a_row and together and alike and not spec.tile_width and not is_reconstructed(spec)
 
 
-def _matrix(view: View, file: str, colour_space: ColourSpace | None, white: float | None) -> NDArray[np.float64] | None:
+def _matrix(view: View, file: str, decoding: Decoding) -> NDArray[np.float64] | None:
     """Return what makes XYZ in cd/m² of the view's values, None where they are that."""
-    matrix = matrix_of(view, file, colour_space)
-    luminance = next((value for value in (white, view.white_luminance_cd_m2) if value is not None), 1.0)
+    matrix = matrix_of(view, file, decoding.colour_space)
+    given = (decoding.white_luminance_cd_m2, view.white_luminance_cd_m2)
+    luminance = next((value for value in given if value is not None), 1.0)
     if not (math.isfinite(luminance) and luminance > 0):
         raise StimulusError.at(Path(file), "its luminance is not above 0", "declare one")
     return None if luminance == 1.0 and np.array_equal(matrix, np.eye(3)) else luminance * matrix

@@ -157,11 +157,11 @@ class PhotographsRecipe(FilesRecipe):
 
     def source(self, stimulus: int, folder: Path) -> Source:
         """Return the reader of a stimulus's views."""
-        from stimuli.recipes.view_sources import FilePerView, MultiViewFile
+        from stimuli.recipes.view_sources import DECLARED, FilePerView, MultiViewFile
 
         spec = self.stimuli[stimulus]
         if spec.file is not None:
-            return MultiViewFile(folder / spec.file, spec.file, spec.flat_eye, observer=str(self.observer))
+            return MultiViewFile(folder / spec.file, spec.file, DECLARED, spec.flat_eye, str(self.observer))
         paths = {view: folder / file for view, file in spec.files.items()}
         return FilePerView(paths, self._reader(spec, folder), spec.flat_eye)
 
@@ -190,11 +190,11 @@ class PhotographsRecipe(FilesRecipe):
         return camera
 
     def _reader(self, spec: PhotographSpec, folder: Path) -> ViewReader:
-        from stimuli.recipes.view_sources import exr_reader, photograph_reader, spectral_reader
+        from stimuli.recipes.view_sources import DECLARED, exr_reader, photograph_reader, spectral_reader
 
         if self.camera is not None:
             exposure = None if spec.exposure is None else spec.exposure.exposure()
             return photograph_reader(self._camera_of(folder), self.develop or DevelopSpec(), exposure)
         if self.spectral is None:
-            return exr_reader(str(self.observer))
+            return exr_reader(str(self.observer), DECLARED)
         return spectral_reader(self.spectral, folder, str(self.observer))

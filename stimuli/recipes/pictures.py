@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from documents import Finding
 from documents.yaml import NotNegative, Positive, Strict
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_read import ColourSpace, Negative
+from stimuli.pictures.exr_read import ColourSpace, Decoding, Negative
 from stimuli.pictures.own_files import decoders
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
@@ -21,7 +21,6 @@ from stimuli.recipes.recipe_kind import Fault
 from stimuli.recipes.values import MAX_STIMULI, InsideFile
 
 if TYPE_CHECKING:
-    from stimuli.pictures.ordinary import Decoding
     from stimuli.recipes.view_sources import Source
 
 
@@ -158,8 +157,6 @@ class PicturesRecipe(FilesRecipe, LightSpec):
         return list(findings)
 
     def _decoding(self, spec: PictureSpec) -> Decoding:
-        from stimuli.pictures.ordinary import Decoding
-
         return Decoding(**self.light(spec).model_dump(), negative=spec.negative)
 
     def source(self, stimulus: int, folder: Path) -> Source:
@@ -167,12 +164,11 @@ class PicturesRecipe(FilesRecipe, LightSpec):
         from stimuli.recipes.view_sources import FilePerView, MultiViewFile, OrdinaryFiles, exr_reader
 
         spec = self.stimuli[stimulus]
-        light = self.light(spec)
+        decoding = self._decoding(spec)
         if spec.is_ordinary:
             paths = tuple(folder / file for file in spec.files.values())
-            return OrdinaryFiles(paths, spec.files, self._decoding(spec), spec.packing, spec.flat_eye)
-        reading = (light.colour_space, light.white_luminance_cd_m2, spec.negative)
+            return OrdinaryFiles(paths, spec.files, decoding, spec.packing, spec.flat_eye)
         if spec.file is None:
-            reader = exr_reader(str(self.observer), *reading)
+            reader = exr_reader(str(self.observer), decoding)
             return FilePerView({eye: folder / file for eye, file in spec.files.items()}, reader, spec.flat_eye)
-        return MultiViewFile(folder / spec.file, spec.file, spec.flat_eye, *reading, str(self.observer))
+        return MultiViewFile(folder / spec.file, spec.file, decoding, spec.flat_eye, str(self.observer))

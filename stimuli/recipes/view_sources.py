@@ -13,8 +13,8 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from stimuli.errors import StimulusError
 from stimuli.pictures.coded import CodedPicture
-from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr_counted, refuse_other_observer
-from stimuli.pictures.ordinary import Decoding, read_ordinary
+from stimuli.pictures.exr_read import Decoding, read_exr_counted, refuse_other_observer
+from stimuli.pictures.ordinary import read_ordinary
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -23,6 +23,8 @@ from stimuli.recipes.values import DevelopSpec, SpectralSpec, Step
 
 if TYPE_CHECKING:
     from stimuli.recipes.banded_picture import BandedPicture
+
+DECLARED = Decoding("declared")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,10 +65,8 @@ class MultiViewFile:
 
     path: Path
     name: str
+    decoding: Decoding
     flat_eye: Eye | None = None
-    colour_space: ColourSpace = "declared"
-    white_luminance_cd_m2: float | None = None
-    negative: Negative = "refuse"
     observer: str = DEFAULT_OBSERVER
 
     def stored(self) -> StoredPicture:
@@ -92,26 +92,14 @@ class MultiViewFile:
         from stimuli.recipes.banded_picture import BandedPicture
 
         picture = BandedPicture.of(
-            self.path,
-            self.colour_space,
-            flat=view == "flat",
-            flat_eye=self.flat_eye,
-            white_luminance_cd_m2=self.white_luminance_cd_m2,
-            observer=self.observer,
+            self.path, self.decoding, flat=view == "flat", flat_eye=self.flat_eye, observer=self.observer
         )
         if picture is None or (view == "stereo" and picture.is_flat):
             return None
         return picture, self._step(tuple(view.name for view in picture.views), 0)
 
     def _read(self, *, flat: bool) -> StoredPicture:
-        reading = read_exr_counted(
-            self.path,
-            self.colour_space,
-            flat=flat,
-            flat_eye=self.flat_eye,
-            white_luminance_cd_m2=self.white_luminance_cd_m2,
-            negative=self.negative,
-        )
+        reading = read_exr_counted(self.path, self.decoding, flat=flat, flat_eye=self.flat_eye)
         refuse_other_observer(self.path, reading.observer, self.observer)
         step = self._step(reading.views, reading.clipped_pixels)
         return StoredPicture(reading.image, (step,), reading.centre, exact=reading.exact)
@@ -121,9 +109,9 @@ class MultiViewFile:
             "step": "read",
             "file": self.name,
             "flat_eye": self.flat_eye,
-            "colour_space": self.colour_space,
-            "white_luminance_cd_m2": self.white_luminance_cd_m2,
-            "negative": self.negative,
+            "colour_space": self.decoding.colour_space,
+            "white_luminance_cd_m2": self.decoding.white_luminance_cd_m2,
+            "negative": self.decoding.negative,
             "views": list(views),
             "clipped_pixels": clipped_pixels,
         }
@@ -234,30 +222,12 @@ def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path, observer: str
     return observed.xyz, steps
 
 
-def exr_reader(
-    observer: str,
-    colour_space: ColourSpace = "declared",
-    white_luminance_cd_m2: float | None = None,
-    negative: Negative = "refuse",
-) -> ViewReader:
+def exr_reader(observer: str, decoding: Decoding) -> ViewReader:
     """Return the reader of an OpenEXR picture of one view."""
-    return partial(
-        _exr,
-        observer=observer,
-        colour_space=colour_space,
-        white_luminance_cd_m2=white_luminance_cd_m2,
-        negative=negative,
-    )
+    return partial(_exr, observer=observer, decoding=decoding)
 
 
-def _exr(
-    path: Path,
-    *,
-    observer: str,
-    colour_space: ColourSpace,
-    white_luminance_cd_m2: float | None,
-    negative: Negative,
-) -> tuple[XYZImage, tuple[Step, ...]]:
+def _exr(path: Path, *, observer: str, decoding: Decoding) -> tuple[XYZImage, tuple[Step, ...]]:
     if is_ordinary(path):
         message = "this is a developed picture, whose camera is not known, and photographs are raw or spectral"
         remedy = "write kind: pictures in the recipe, with colour_space: srgb and white_luminance_cd_m2: 100"
@@ -266,7 +236,7 @@ def _exr(
         message = "this is no OpenEXR picture, and the recipe names no camera"
         remedy = "name the file that `cyclopean camera fit` wrote as 'camera:' in the recipe"
         raise StimulusError.at(path, message, remedy)
-    read = MultiViewFile(path, path.name, None, colour_space, white_luminance_cd_m2, negative, observer).flat()
+    read = MultiViewFile(path, path.name, decoding, None, observer).flat()
     return read.image.left, read.steps
 
 

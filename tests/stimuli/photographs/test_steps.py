@@ -16,7 +16,7 @@ from documents import InputError
 from stimuli.build import StimulusSet, build_set
 from stimuli.develop import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures import StereoImage, read_exr, read_exr_counted, resample_picture, write_exr
+from stimuli.pictures import Decoding, StereoImage, read_exr, read_exr_counted, resample_picture, write_exr
 from stimuli.recipes import read_recipe
 from stimuli.recipes.photographs import PhotographsRecipe
 from stimuli.recipes.picture_steps import _within
@@ -271,7 +271,7 @@ def test_a_real_stereo_file_becomes_a_stereo_and_a_flat_stimulus(shared_data: Pa
     stereo, flat = sets.load("blade-stereo"), sets.load("blade-flat")
     assert not np.array_equal(stereo.left, stereo.right)
     assert flat.is_flat
-    source = read_exr(shared_data / "data/stereo/Adjuster.exr", "rec709", white_luminance_cd_m2=20)
+    source = read_exr(shared_data / "data/stereo/Adjuster.exr", Decoding("rec709", 20))
     assert stereo.left[..., 1].mean(dtype=np.float64) == pytest.approx(
         source.left[..., 1].mean(dtype=np.float64), rel=5e-3
     )

@@ -18,7 +18,7 @@ from devices.colour import rgb_to_xyz_matrix
 from documents.arrays import Floats
 from stimuli.comparison.pictures import what_it_holds
 from stimuli.errors import StimulusError
-from stimuli.pictures import REC709, Region, StereoImage, XYZImage, read_exr, read_exr_counted, write_exr
+from stimuli.pictures import REC709, Decoding, Region, StereoImage, XYZImage, read_exr, read_exr_counted, write_exr
 from stimuli.pictures.exr_header import XYZ
 from stimuli.pictures.exr_views import read_views
 from tests.kept import known
@@ -133,7 +133,7 @@ def test_declared_primaries_and_white_luminance_are_honoured(tmp_path: Path) -> 
     image = read_exr(save_parts(tmp_path / "a.exr", [part]))
     expected = 26.5 * pixels.astype(np.float64) @ rgb_to_xyz_matrix(*REC709).T
     np.testing.assert_allclose(image.left, expected, rtol=1e-6)
-    told = read_exr(tmp_path / "a.exr", white_luminance_cd_m2=1.0)
+    told = read_exr(tmp_path / "a.exr", Decoding(white_luminance_cd_m2=1.0))
     np.testing.assert_allclose(told.left, expected / 26.5, rtol=1e-6)
 
 
@@ -176,7 +176,7 @@ def test_negative_light_can_be_clipped_and_is_counted(tmp_path: Path) -> None:
     pixels = noise()
     pixels[0, :3, 2] = -0.25
     path = save_parts(tmp_path / "a.exr", [({"chromaticities": EXR_XYZ}, "RGB", pixels)])
-    reading = read_exr_counted(path, negative="clip")
+    reading = read_exr_counted(path, Decoding(negative="clip"))
     assert reading.clipped_pixels == 3
     np.testing.assert_array_equal(reading.image.left, np.maximum(pixels, 0))
 
@@ -275,7 +275,7 @@ def test_equal_pictures_make_equal_files(tmp_path: Path) -> None:
 def test_clipping_does_not_let_nan_through(tmp_path: Path) -> None:
     path = write_parts(tmp_path / "a.exr", [({"chromaticities": EXR_XYZ}, "RGB", np.full((2, 2, 3), np.nan))])
     with pytest.raises(StimulusError, match="4 pixels are not finite"):
-        read_exr(path, negative="clip")
+        read_exr(path, Decoding(negative="clip"))
 
 
 def test_overflow_in_conversion_is_refused(tmp_path: Path) -> None:
