@@ -219,13 +219,13 @@ def test_quick_logistic_moments_are_those_of_the_law() -> None:
     mean, deviation = random.normal(0, 1, pairs), random.uniform(1e-3, 0.8, pairs)
     v = random.uniform(0, 0.25, pairs) * (won + lost) * (deviation < 0.7)
     site = (mean, deviation, random.normal(0, 0.3, pairs), v)
-    quick = known(_logistic_moments(counts, *site))
-    for one, other in zip(quick, _moments(counts, LOGISTIC, *site), strict=True):
+    quick = known(_logistic_moments(counts, site))
+    for one, other in zip(quick, _moments(counts, LOGISTIC, site), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
-    assert _logistic_moments(counts, 60 * mean, *site[1:]) is None
-    assert _logistic_moments(counts, mean, 20 * deviation, *site[2:]) is None
+    assert _logistic_moments(counts, (60 * mean, *site[1:])) is None
+    assert _logistic_moments(counts, (mean, 20 * deviation, *site[2:])) is None
     many = Counts(2, counts.first, counts.second, 1000 * counts.won, counts.lost, counts.tied)
-    assert _logistic_moments(many, *site) is None
+    assert _logistic_moments(many, site) is None
 
 
 @pytest.mark.parametrize(("items", "neighbours", "near"), [(12, 12, 0.02), (30, 2, 0.02), (3, 3, 1e-9), (2, 2, 1e-9)])
