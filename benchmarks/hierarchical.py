@@ -34,7 +34,7 @@ from analysis.covariance import contrast_variances
 from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers
 from analysis.hierarchical.fitting import _answers
-from analysis.hierarchical.propagation import GroupAnswers, Sites, alike, propagate
+from analysis.hierarchical.propagation import GroupAnswers, TiltedSites, alike, propagate
 from analysis.scaling import fit_model
 from analysis.scaling.laws import LOGISTIC
 from documents.platform import cores
@@ -126,7 +126,7 @@ def laplace(won: Floats, theta: Floats, tau: float) -> float:
     return float(total)
 
 
-def sampled(won: Floats, theta: Floats, tau: float, sites: Sites, answers: GroupAnswers, draws: int) -> float:
+def sampled(won: Floats, theta: Floats, tau: float, sites: TiltedSites, answers: GroupAnswers, draws: int) -> float:
     """Return the log marginal likelihood by importance sampling from the posterior of expectation propagation."""
     random, n = np.random.default_rng(1), len(theta)
     i, j = np.triu_indices(n, 1)
@@ -154,7 +154,7 @@ def _likelihoods() -> Iterator[Row]:
         case = f"log likelihood, 10 items, 30 observers, sd {sd}"
         note = "the strengths too"
 
-        def work(sd: float = sd, answers: GroupAnswers = answers, start: Sites = start) -> Sites:
+        def work(sd: float = sd, answers: GroupAnswers = answers, start: TiltedSites = start) -> TiltedSites:
             return propagate(answers, LOGISTIC, sd, start, 1e-6)
 
         error = abs(work().log_z - truth) / 30

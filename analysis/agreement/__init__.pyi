@@ -5,7 +5,7 @@ from .correlations import CorrelationKind as CorrelationKind
 from .correlations import correlation as correlation
 from .gather import observed_groups as observed_groups
 from .interval import correlation_interval as correlation_interval
-from .limits import Calibration as Calibration
+from .limits import LimitCheck as LimitCheck
 from .limits import calibrate as calibrate
 from .observed import Drawn as Drawn
 from .observed import ObservedGroup as ObservedGroup

@@ -23,7 +23,7 @@ VERDICT_BY: CorrelationKind = "spearman"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Part:
+class _Photographed:
     """A group with its place among all, the index of its photograph if it is there, and the others' indices."""
 
     place: int
@@ -110,10 +110,10 @@ def _pairs(groups: Sequence[ObservedGroup], photographs: Sequence[str]) -> list[
     return list(zip(groups, photographs, strict=True))
 
 
-def _part(place: int, group: ObservedGroup, rest: ObservedGroup, photograph: str) -> _Part:
+def _part(place: int, group: ObservedGroup, rest: ObservedGroup, photograph: str) -> _Photographed:
     others = np.array([at for at, name in enumerate(group.stimuli) if name != photograph], dtype=np.intp)
     index = group.stimuli.index(photograph) if photograph in group.stimuli else None
-    return _Part(place, group, rest, others, index)
+    return _Photographed(place, group, rest, others, index)
 
 
 def _only(measure: Predicted, kept: Sequence[int]) -> Predicted:
@@ -129,7 +129,7 @@ def _decision(p: float | None, reached: float, alpha: float) -> Decision:
     return "cannot be said" if reached > alpha else "not shown"
 
 
-def _result(parts: Sequence[_Part], measure: Predicted) -> GroupResult:
+def _result(parts: Sequence[_Photographed], measure: Predicted) -> GroupResult:
     values = [measure.sign * measure.values[part.place][part.others] for part in parts]
     rests = [part.rest for part in parts]
     compared = [part for part in parts if part.photograph is not None]
@@ -185,7 +185,7 @@ def _with(scores: Floats, values: Floats, kind: CorrelationKind) -> Statistic:
     return statistic
 
 
-def _notes(parts: Sequence[_Part]) -> list[str]:
+def _notes(parts: Sequence[_Photographed]) -> list[str]:
     notes = []
     alone = [part.group for part in parts if part.group.observers < 2]
     if alone:

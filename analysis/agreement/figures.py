@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.agreement.limits import Calibration
+from analysis.agreement.limits import LimitCheck
 from analysis.agreement.pairs import widened_percentiles
 from analysis.agreement.result import Agreement, MeasureResult, same_class
 from documents.figures import DEEP, FAINT, INK, Drawing, drawing, drawn, short
@@ -89,7 +89,7 @@ def _scores(axes: Axes, agreement: Agreement, result: MeasureResult, number: int
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def draw_limits(agreement: Agreement, result: MeasureResult, calibration: Calibration, width_in: float) -> Drawing:
+def draw_limits(agreement: Agreement, result: MeasureResult, calibration: LimitCheck, width_in: float) -> Drawing:
     """Draw the stimuli of both sorts along the measure, the limit and the one that agrees best; and the curve."""
     one = result.predicted
     with drawing(f"{one.name} limits", width_in, 2.5 if width_in > 5 else 4.6) as (figure, axes):
@@ -110,7 +110,7 @@ def draw_limits(agreement: Agreement, result: MeasureResult, calibration: Calibr
         return drawn(figure, f"{one.title} and the photograph's class")
 
 
-def _strip(axes: Axes, agreement: Agreement, result: MeasureResult, calibration: Calibration) -> None:
+def _strip(axes: Axes, agreement: Agreement, result: MeasureResult, calibration: LimitCheck) -> None:
     one = result.predicted
     rows: tuple[list[float], list[float]] = ([], [])
     for number, (group, photograph) in enumerate(zip(agreement.groups, agreement.photographs, strict=True)):

@@ -22,7 +22,7 @@ from documents.text import JsonResult
 
 
 @dataclass(frozen=True, slots=True)
-class Rate(JsonResult):
+class Proportion(JsonResult):
     """``times`` ``of`` so many stimuli, their share, and Wilson's 95 % interval; None for no stimulus."""
 
     times: int
@@ -32,7 +32,7 @@ class Rate(JsonResult):
     high: float | None
 
     @classmethod
-    def counted(cls, times: int, of: int) -> Rate:
+    def counted(cls, times: int, of: int) -> Proportion:
         """Return the rate of so many stimuli."""
         if not of:
             return cls(times, of, None, None, None)
@@ -56,24 +56,24 @@ class LimitTable(JsonResult):
     json_also: ClassVar = ("hit_rate", "false_alarm_rate", "right")
 
     @property
-    def hit_rate(self) -> Rate:
+    def hit_rate(self) -> Proportion:
         """Of the stimuli in one class with the photograph, those within the limit."""
-        return Rate.counted(self.hits, self.hits + self.misses)
+        return Proportion.counted(self.hits, self.hits + self.misses)
 
     @property
-    def false_alarm_rate(self) -> Rate:
+    def false_alarm_rate(self) -> Proportion:
         """Of the stimuli in other classes, those within the limit."""
-        return Rate.counted(self.false_alarms, self.false_alarms + self.correct_rejections)
+        return Proportion.counted(self.false_alarms, self.false_alarms + self.correct_rejections)
 
     @property
-    def right(self) -> Rate:
+    def right(self) -> Proportion:
         """Of all stimuli, those of which the limit says what observers say."""
         count = self.hits + self.misses + self.false_alarms + self.correct_rejections
-        return Rate.counted(self.hits + self.correct_rejections, count)
+        return Proportion.counted(self.hits + self.correct_rejections, count)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Calibration(JsonResult):
+class LimitCheck(JsonResult):
     """A measure's limit against the classes.
 
     Attributes
@@ -118,7 +118,7 @@ def calibrate(
     *,
     higher_is_better: bool = False,
     level: float = 0.95,
-) -> Calibration:
+) -> LimitCheck:
     """Compare a measure's limit with the classes of all groups.
 
     Parameters
@@ -138,7 +138,7 @@ def calibrate(
 
     Returns
     -------
-    Calibration
+    LimitCheck
         The table, the area and the best limit.
     """
     sign = -1.0 if higher_is_better else 1.0
@@ -156,7 +156,7 @@ def calibrate(
         best_ends = sign * best_ends[1], sign * best_ends[0]
     middle = None if best is None else sign * _middle(*best)
     stretch = (None, None) if best is None else (sign * best[0], sign * best[1])[:: int(sign)]
-    return Calibration(
+    return LimitCheck(
         stimuli=len(far),
         same=int(same.sum()),
         table=None if limit is None else _table(far, same, sign * limit, limit),

@@ -8,7 +8,7 @@ from itertools import combinations
 from typing import Any, ClassVar, Literal
 
 from analysis.agreement.correlations import CorrelationKind
-from analysis.agreement.limits import Calibration
+from analysis.agreement.limits import LimitCheck
 from analysis.agreement.observed import ObservedGroup
 from analysis.agreement.pairs import PairAccuracy
 from documents.arrays import Floats
@@ -69,7 +69,7 @@ class GroupResult(JsonResult):
 
     correlations: Mapping[CorrelationKind, Correlation]
     accuracy: PairAccuracy
-    calibration: Calibration | None
+    calibration: LimitCheck | None
     json_keys: ClassVar = {"accuracy": "pairs", "calibration": "limit"}
 
 

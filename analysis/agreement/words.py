@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from analysis.agreement.comparison import VERDICT_BY
-from analysis.agreement.limits import Calibration, Rate
+from analysis.agreement.limits import LimitCheck, Proportion
 from analysis.agreement.pairs import PairAccuracy
 from analysis.agreement.result import Agreement, Correlation, MeasureResult
 from analysis.report.words import fixed, p_words, percent
@@ -50,7 +50,7 @@ def pairs_words(accuracy: PairAccuracy) -> str:
     return words + ")."
 
 
-def limit_words(calibration: Calibration, unit: str, *, higher: bool) -> tuple[str, ...]:
+def limit_words(calibration: LimitCheck, unit: str, *, higher: bool) -> tuple[str, ...]:
     """Return what a limit is worth, in sentences."""
     same, stimuli = calibration.same, calibration.stimuli
     of = counted(stimuli, "stimulus", "stimuli")
@@ -84,7 +84,7 @@ def value(number: float, unit: str = "") -> str:
     return f"{text} {unit}".rstrip()
 
 
-def _of(rate: Rate, which: str) -> str:
+def _of(rate: Proportion, which: str) -> str:
     if rate.share is None or rate.low is None or rate.high is None:
         return f"none {which}, since there is none"
     low, high = fixed(100 * rate.low, 0), fixed(100 * rate.high, 0)

@@ -43,7 +43,7 @@ TIE_WORDS = ("tie", "equal", "neither", "no_difference")
 _OPTION = re.compile(r"(option|item|condition|stimulus|image|picture|alternative)[ _]?([a-z]|[0-9]{1,3})")
 
 
-class Reading(Protocol):
+class LayoutReading(Protocol):
     """Reads the lines below one header."""
 
     @property
@@ -96,7 +96,7 @@ class Layout(Protocol):
         """Say whether a header of these ``names``, in small letters, is of this kind."""
         ...
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
         """Return what reads the lines below ``header``; ``codes`` say what stands for each option, then for a tie."""
         ...
 
@@ -109,7 +109,7 @@ class _Plain:
     def recognises(self, names: Sequence[str]) -> bool:
         return "winner" in names or "loser" in names
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
         return PlainReading.of_header(header, line, file)
 
 
@@ -127,7 +127,7 @@ class _Choice:
         ways = SELECTED_NAMES if self.selected else CHOICE_NAMES
         return self.fewest <= len(_options(names)) <= self.most and any(name in names for name in ways)
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
         names = [cell.strip().lower() for cell in header]
         _refuse_twice(names, line, file)
         options = _options(names)
@@ -298,7 +298,7 @@ class _Matrix:
     def recognises(self, names: Sequence[str]) -> bool:
         return len(names) > 2 and names[0] in CORNER_NAMES and not any(name in COLUMNS for name in names[1:])
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> Reading:
+    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
         names = [cell.strip() for cell in header]
         _refuse_twice(names, line, file)
         if "" in names[1:]:

@@ -45,7 +45,7 @@ class Missing:
     file
         Name of the table in findings.
     needed, unknown
-        Columns, as `analysis.comparisons.layouts.Reading` has them.
+        Columns, as `analysis.comparisons.layouts.LayoutReading` has them.
     words
         What stands for a missing value.
     lines

@@ -104,7 +104,7 @@ class CodedTable:
     columns: Sequence[Coded]
 
 
-class Block(Protocol):
+class RowBlock(Protocol):
     """Some rows of a table."""
 
     @property
@@ -117,7 +117,7 @@ class Block(Protocol):
         ...
 
 
-class Source(Protocol):
+class TableSource(Protocol):
     """A table: ``header`` is its first row once it was started, ``written`` the lines that this stands in."""
 
     header: Row
@@ -132,7 +132,7 @@ class Source(Protocol):
         """The number of the line that was read last."""
         ...
 
-    def blocks(self) -> Iterator[Block]:
+    def blocks(self) -> Iterator[RowBlock]:
         """Yield the rows below the header; csv.Error comes after the rows before it."""
         ...
 
@@ -167,7 +167,7 @@ class LineBlock:
     separator: str = ","
 
     def numbered(self) -> Iterator[NumberedRow]:
-        """As `Block`."""
+        """As `RowBlock`."""
         last = ""
 
         def remembered() -> Iterator[str]:
@@ -193,11 +193,11 @@ class LineSource:
 
     @property
     def line(self) -> int:
-        """As `Source`."""
+        """As `TableSource`."""
         return self._reader.line_num
 
     def start(self) -> None:
-        """As `Source`."""
+        """As `TableSource`."""
         first = next(self._lines, "")
         separator = separator_of(first)
         self._reader = csv.reader(chain([first], self._lines), strict=True, delimiter=separator)
@@ -205,7 +205,7 @@ class LineSource:
         self.written = Written("".join(self._lines.kept), separator)
 
     def blocks(self) -> Iterator[LineBlock]:
-        """As `Source`."""
+        """As `TableSource`."""
         while True:
             begin, self._lines.kept = self._reader.line_num, []
             rows: list[Row] = []
@@ -236,7 +236,7 @@ class ColumnBlock:
         return list(zip(*texts, strict=True))
 
     def numbered(self) -> Iterator[NumberedRow]:
-        """As `Block`."""
+        """As `RowBlock`."""
         for row, number in zip(self.rows, self.number.tolist(), strict=True):
             if any(cell.strip() for cell in row):
                 yield row, number, Written(_BREAK.split(_as_line(row))[-1])
@@ -263,10 +263,10 @@ class ColumnSource:
         self.line = start
 
     def start(self) -> None:
-        """As `Source`: the header is there."""
+        """As `TableSource`: the header is there."""
 
     def blocks(self) -> Iterator[ColumnBlock]:
-        """As `Source`."""
+        """As `TableSource`."""
         for start in range(0, len(self._whole.number), BLOCK_ROWS):
             block = self._whole.part(slice(start, start + BLOCK_ROWS))
             self.line = int(block.number[-1])

@@ -17,12 +17,11 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, cast
 
 from analysis.comparisons.comparisons import Comparisons
-from analysis.comparisons.layouts import PLAIN, Reading, find_layout
+from analysis.comparisons.layouts import PLAIN, LayoutReading, find_layout
 from analysis.comparisons.mat_table import read_mat_table
 from analysis.comparisons.missing import KEEP, WORDS, Missing
 from analysis.comparisons.sources import (
     MOST_LETTERS,
-    Block,
     Coded,
     CodedTable,
     ColumnBlock,
@@ -30,7 +29,8 @@ from analysis.comparisons.sources import (
     LineSource,
     NumberedRow,
     Row,
-    Source,
+    RowBlock,
+    TableSource,
     Texts,
     plain,
 )
@@ -248,7 +248,7 @@ def _read_lines(lines: Iterable[str], file: str, asked: _Asked) -> TableRead:
     return _read(LineSource(lines, file), file, asked)
 
 
-def _read(source: Source, file: str, asked: _Asked) -> TableRead:
+def _read(source: TableSource, file: str, asked: _Asked) -> TableRead:
     findings: list[Finding] = []
     try:
         source.start()
@@ -279,7 +279,7 @@ def _read(source: Source, file: str, asked: _Asked) -> TableRead:
     return _with_named_items(table, file, asked)
 
 
-def _take_in(block: Block, tally: Tally, reading: Reading, missing: Missing) -> list[Finding]:
+def _take_in(block: RowBlock, tally: Tally, reading: LayoutReading, missing: Missing) -> list[Finding]:
     """Count the rows of ``block`` in which nothing is missing, or return their faults."""
     if isinstance(block, ColumnBlock):
         kept = missing.without_rows(block)
@@ -314,7 +314,7 @@ def _with_named_items(table: TableRead, file: str, asked: _Asked) -> TableRead:
     return table
 
 
-def _added(tally: Tally, reading: Reading, rows: Sequence[Row]) -> bool:
+def _added(tally: Tally, reading: LayoutReading, rows: Sequence[Row]) -> bool:
     """Count ``rows`` and say True, or say False if one of them has a fault."""
     if all(len(row) == reading.width for row in rows) and _counted(tally, reading, list(zip(*rows, strict=True))):
         return True
@@ -322,7 +322,7 @@ def _added(tally: Tally, reading: Reading, rows: Sequence[Row]) -> bool:
     return len(kept) < len(rows) and (not kept or _added(tally, reading, kept))
 
 
-def _counted(tally: Tally, reading: Reading, columns: Sequence[Texts]) -> bool:
+def _counted(tally: Tally, reading: LayoutReading, columns: Sequence[Texts]) -> bool:
     """Count rows by their ``columns`` and say True, or say False if one of them has a fault."""
     told = reading.translate(columns)
     if told is not None and not isinstance(columns[0], Coded):  # whose distinct texts differ from block to block
@@ -330,7 +330,7 @@ def _counted(tally: Tally, reading: Reading, columns: Sequence[Texts]) -> bool:
     return told is not None and (not told or tally.add_columns(told))
 
 
-def _find_faults(rows: Iterable[NumberedRow], reading: Reading, missing: Missing) -> list[Finding]:
+def _find_faults(rows: Iterable[NumberedRow], reading: LayoutReading, missing: Missing) -> list[Finding]:
     """Return a finding for each faulty line, up to twenty."""
     findings: list[Finding] = []
     for row, number, line in rows:

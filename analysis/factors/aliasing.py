@@ -12,14 +12,14 @@ from itertools import combinations
 import numpy as np
 
 from analysis.factors.terms import Term
-from analysis.factors.values import LeftOut
+from analysis.factors.values import Omitted
 from analysis.scaling.separation import Groups
 from documents.arrays import Floats
 
 TOLERANCE = 1e-9
 
 
-def choose_terms(terms: Sequence[Term], groups: Groups) -> tuple[list[Term], list[LeftOut]]:
+def choose_terms(terms: Sequence[Term], groups: Groups) -> tuple[list[Term], list[Omitted]]:
     """Return the terms that add all of their columns to those before them, and why the others do not.
 
     Parameters
@@ -34,7 +34,7 @@ def choose_terms(terms: Sequence[Term], groups: Groups) -> tuple[list[Term], lis
         if gained == term.width:
             kept.append(term)
         else:
-            left_out.append(LeftOut(" × ".join(term.names), _reason(kept, term, gained, groups)))
+            left_out.append(Omitted(" × ".join(term.names), _reason(kept, term, gained, groups)))
     return kept, left_out
 
 

@@ -236,10 +236,10 @@ def _tested(estimate: Floats, se: Floats, df: float | None, profiles: Profiles |
     if profiles is None:
         return plain
     low, high = profiles.interval().T
-    low = np.where(np.isfinite(low), low, [one.low for one in plain])
-    high = np.where(np.isfinite(high), high, [one.high for one in plain])
+    low = np.where(np.isfinite(low), low, [one[0] for one in plain])
+    high = np.where(np.isfinite(high), high, [one[1] for one in plain])
     ends = np.minimum(low, estimate), np.maximum(high, estimate)  # the estimate is without Firth's term
-    return [Tested(*map(float, values)) for values in zip(*ends, profiles.p, strict=True)]
+    return [(float(low), float(high), float(p)) for low, high, p in zip(*ends, profiles.p, strict=True)]
 
 
 def _block_diagonal(blocks: Sequence[Floats]) -> Floats:

@@ -25,7 +25,7 @@ from analysis.factors.separation import is_separated
 from analysis.factors.terms import Term, empty_cell, interaction_term
 from analysis.factors.values import Factor
 from analysis.scaling.counts import Answers, Counts
-from analysis.scaling.designs import Columns, Design
+from analysis.scaling.designs import Columns, ModelDesign
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.newton import Point
 from analysis.scaling.robust_tests import ObserverTest, from_factors
@@ -130,7 +130,7 @@ def observer_test(slopes: Floats, larger: Floats, smaller: TermsFit, df: int) ->
     return from_factors(df, (slopes, larger - smaller.covariance))
 
 
-def covariance_at(counts: Counts, design: Design, fit: TermsFit) -> Floats:
+def covariance_at(counts: Counts, design: ModelDesign, fit: TermsFit) -> Floats:
     """Return the covariance (n, n) of strengths that are free to do what ``design`` lets them, at those of ``fit``."""
     weight = LOGISTIC.slopes(counts, counts.differences(fit.theta[None]), 0.0).dd
     return np.asarray(design.covariance(counts, weight, 0.0)[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from analysis.classes.multiplicity import two_sided_p
 from analysis.factors.explained import Explained
 from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
 from analysis.factors.terms import Coding
-from analysis.factors.values import Factor, LeftOut
+from analysis.factors.values import Factor, Omitted
 from analysis.scaling.result import t_quantile
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS
 from documents.arrays import Floats
@@ -66,31 +66,23 @@ class Effect(JsonResult):
             return float(np.exp(self.estimate))
 
 
-@dataclass(frozen=True, slots=True)
-class Tested:
-    """The ends of an effect's 95 % interval in nats, and the two-sided p of no effect."""
-
-    low: float
-    high: float
-    p: float
+# The ends of an effect's 95 % interval in nats, and the two-sided p of no effect.
+Tested: TypeAlias = tuple[float, float, float]
 
 
 def by_standard_error(estimate: float, se: float, df: float | None) -> Tested:
     """Test an effect by its standard error, with the normal law or Student's of ``df`` degrees of freedom."""
     reach = t_quantile(math.inf if df is None else df) * se
     p = float(two_sided_p(np.array(abs(estimate) / se), df))
-    return Tested(estimate - reach, estimate + reach, p)
+    return estimate - reach, estimate + reach, p
 
 
 def effect(
     term: tuple[str, str, str | None], estimate: float, se: float, plain: Tested, robust: tuple[float, Tested] | None
 ) -> Effect:
     """Return the effect of a factor's level beside its reference; ``robust`` has the standard error by observers."""
-    own = (estimate, se, plain.low, plain.high, plain.p)
-    if robust is None:
-        return Effect(*term, *own, None, None, None, None)
-    robust_se, tested = robust
-    return Effect(*term, *own, robust_se, tested.low, tested.high, tested.p)
+    by_observers = (None, None, None, None) if robust is None else (robust[0], *robust[1])
+    return Effect(*term, estimate, se, *plain, *by_observers)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,7 +125,7 @@ class FactorEffects(JsonResult):
 
     items: tuple[str, ...]
     factors: tuple[Factor, ...]
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[Omitted, ...]
     coding: Coding
     method: FactorMethod
     prior_sd: float | None

@@ -17,7 +17,7 @@ Value = str | float
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut(JsonResult):
+class Omitted(JsonResult):
     """A factor that is not in the model, and why."""
 
     name: str
@@ -60,7 +60,7 @@ class FactorOptions:
 
 def read_factors(
     items: Sequence[str], factors: Mapping[str, Mapping[str, Any]], options: FactorOptions
-) -> tuple[list[Factor], list[LeftOut]]:
+) -> tuple[list[Factor], list[Omitted]]:
     """Return the factors that vary among ``items``, in order, and those that do not or are not known of every item.
 
     Without ``use`` a factor that has a level of its own for every item, as a name has, is left out too.
@@ -91,13 +91,13 @@ def read_factors(
         unknown = [item for item, value in zip(items, values, strict=True) if value is None]
         if unknown:
             more = f" and {len(unknown) - 1} more" if len(unknown) > 1 else ""
-            left_out.append(LeftOut(name, f"it is not known of '{unknown[0]}'{more}"))
+            left_out.append(Omitted(name, f"it is not known of '{unknown[0]}'{more}"))
             continue
         factor = _read(name, values, name in options.categorical, name in options.log, references.get(name))
         if _is_constant(factor):
-            left_out.append(LeftOut(name, f"it is {_text(values[0])} for every stimulus"))
+            left_out.append(Omitted(name, f"it is {_text(values[0])} for every stimulus"))
         elif options.use is None and len(factor.levels) == len(items) > 2:
-            left_out.append(LeftOut(name, "every stimulus has a level of its own: it names them and explains nothing"))
+            left_out.append(Omitted(name, "every stimulus has a level of its own: it names them and explains nothing"))
         else:
             varying.append(factor)
     return varying, left_out

@@ -5,4 +5,4 @@ from .result import HierarchicalFit as HierarchicalFit
 from .shown import fit_blocks as fit_blocks
 from .shown import observer_table as observer_table
 from .shown import summary_lines as summary_lines
-from .spread import Spread as Spread
+from .spread import ObserverSd as ObserverSd

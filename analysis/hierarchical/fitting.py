@@ -11,7 +11,7 @@ from analysis.errors import ResultsError
 from analysis.hierarchical.elimination import Blocks
 from analysis.hierarchical.propagation import GroupAnswers
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
-from analysis.hierarchical.spread import Profile, Spread, estimate_spread, mapped
+from analysis.hierarchical.spread import ObserverSd, SpreadProfile, estimate_spread, mapped
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.newton import maximise
@@ -78,7 +78,7 @@ def fit_observers(
         return answers, maximise(total, law).theta[0]
 
     groups, plain = zip(*mapped(prepared, parts, size=len(comparisons.winner)), strict=True)
-    profile = Profile(groups, law, plain)
+    profile = SpreadProfile(groups, law, plain)
     estimate = estimate_spread(profile)
     if estimate is None:
         what = "the answers set no upper limit to how much observers differ: hardly any observer contradicts himself"
@@ -114,7 +114,7 @@ def fit_observers(
 
 
 @one_blas_thread()
-def observer_spread(comparisons: Comparisons, model: Model = "bradley-terry") -> Spread:
+def observer_spread(comparisons: Comparisons, model: Model = "bradley-terry") -> ObserverSd:
     """Return the standard deviation of an item's strength between observers, with its 95 % interval.
 
     Parameters
@@ -124,7 +124,7 @@ def observer_spread(comparisons: Comparisons, model: Model = "bradley-terry") ->
 
     Returns
     -------
-    Spread
+    ObserverSd
         In nats, or standard deviations for ``thurstone``: what `analysis.power` takes as spread between observers.
 
     Raises

@@ -13,9 +13,9 @@ together with those of the sites.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TypeAlias
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class GroupAnswers:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sites:
+class TiltedSites:
     """Where the propagation stands in one group of n items and E pairs of an observer.
 
     Attributes
@@ -75,7 +75,7 @@ class Sites:
     converged: bool
 
 
-def alike(answers: GroupAnswers, law: Law, theta: Floats) -> Sites:
+def alike(answers: GroupAnswers, law: Law, theta: Floats) -> TiltedSites:
     """Return the sites of observers who do not differ, at the strengths ``theta`` (n,) of the plain fit."""
     counts, nodes = answers.counts, answers.blocks.nodes
     d = counts.differences(theta[None])
@@ -83,7 +83,7 @@ def alike(answers: GroupAnswers, law: Law, theta: Floats) -> Sites:
     v = slopes.dd[0]
     links = np.zeros((counts.n, counts.n))
     np.add.at(links, (counts.first, counts.second), v)
-    return Sites(
+    return TiltedSites(
         theta=theta,
         slope=slopes.d[0] + v * d[0],
         precision=v,
@@ -101,12 +101,12 @@ def propagate(
     answers: GroupAnswers,
     law: Law,
     spread: float,
-    start: Sites,
+    start: TiltedSites,
     tolerance: float,
     *,
     fixed: bool = False,
     slope_only: bool = False,
-) -> Sites:
+) -> TiltedSites:
     """Return the sites at the maximum over θ, for observers with the standard deviation ``spread``, above zero.
 
     Sites have settled when no mean moves by more than ``tolerance`` of its standard deviation, no variance by more than
@@ -161,7 +161,7 @@ def propagate(
         log_z = float((delta * (slope + flow)).sum() + (flow * (mean - delta)).sum()) / 2 + float(gained.sum())
         log_z -= blocks.log_determinant(variance * v) / 2
     squares = float((solution.mean**2).sum()) / variance + float(solution.variance.sum())
-    return Sites(
+    return TiltedSites(
         theta=theta,
         slope=slope,
         precision=v,
@@ -211,14 +211,11 @@ def _rough_links(counts: Counts, blocks: Blocks, variance: float, solution: Solu
     return np.asarray(links + rest)
 
 
-# Of the sites: mean and deviation of their marginals of η, slope and precision; each of shape (E,).
-_Sites: TypeAlias = tuple[Floats, Floats, Floats, Floats]
-
-
-def _tilted(counts: Counts, law: Law, sites: _Sites) -> tuple[Floats, Floats, Floats]:
+def _tilted(counts: Counts, law: Law, sites: Sequence[Floats]) -> tuple[Floats, Floats, Floats]:
     """Return what a factor does to its η in place of the site, and log E[t / site], each of shape (E,).
 
-    The first is by how many standard deviations it moves the mean, the second by what it multiplies the variance.
+    ``sites``: means and deviations of the marginals of η, slopes and precisions, of shape (E,) each. The first is by
+    how many standard deviations it moves the mean, the second by what it multiplies the variance.
     """
     pairs = len(sites[0])
     shift, ratio, gained = np.empty(pairs), np.empty(pairs), np.empty(pairs)
@@ -233,7 +230,7 @@ def _tilted(counts: Counts, law: Law, sites: _Sites) -> tuple[Floats, Floats, Fl
     return shift, ratio, gained
 
 
-def _moments(counts: Counts, law: Law, sites: _Sites) -> tuple[Floats, Floats, Floats]:
+def _moments(counts: Counts, law: Law, sites: Sequence[Floats]) -> tuple[Floats, Floats, Floats]:
     """Return `_tilted` by any law, for answers of any number."""
     (mean, deviation, slope, v), (z, weight) = sites, _rule()
     eta = mean + deviation * z[:, None]
@@ -246,7 +243,7 @@ def _moments(counts: Counts, law: Law, sites: _Sites) -> tuple[Floats, Floats, F
     return shift, z**2 @ chance / total - shift**2, np.log(total) + largest
 
 
-def _logistic_moments(counts: Counts, sites: _Sites) -> tuple[Floats, Floats, Floats] | None:
+def _logistic_moments(counts: Counts, sites: Sequence[Floats]) -> tuple[Floats, Floats, Floats] | None:
     """As `_moments` by the logistic law, without a logarithm for each point; None where a product could underflow.
 
     With η = m + s z, W answers won of N, factor / site = exp(c + A z + B z²) (1 + exp η)^−N.

@@ -13,8 +13,8 @@ from analysis.choices import Adjust
 from analysis.classes.classes import Classes, best_first, classes_if_few, classify
 from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
-from analysis.hierarchical.propagation import GroupAnswers, Sites
-from analysis.hierarchical.spread import Spread, mean_over_observers
+from analysis.hierarchical.propagation import GroupAnswers, TiltedSites
+from analysis.hierarchical.spread import ObserverSd, mean_over_observers
 from analysis.scaling.laws import LAWS, Model
 from documents import Finding
 from documents.arrays import Floats
@@ -49,7 +49,7 @@ class GroupScores:
     items: tuple[str, ...]
     observers: tuple[str, ...]
     answers: GroupAnswers
-    sites: Sites
+    sites: TiltedSites
     theta: Floats
     covariance: Floats
     plain_theta: Floats
@@ -166,7 +166,7 @@ class HierarchicalFit:
 
     model: Model
     groups: tuple[GroupScores, ...]
-    spread: Spread
+    spread: ObserverSd
     scale_variance: float
     log_likelihood: float
     sweeps: int

@@ -19,7 +19,7 @@ import numpy as np
 
 from analysis.covariance import laplacian
 from analysis.hierarchical.elimination import Blocks
-from analysis.hierarchical.propagation import GroupAnswers, Sites, alike, propagate
+from analysis.hierarchical.propagation import GroupAnswers, TiltedSites, alike, propagate
 from analysis.scaling.counts import Counts
 from analysis.scaling.laws import NATS_PER_JND, Law
 from documents import in_threads
@@ -83,7 +83,7 @@ class Node:
     covariance: tuple[Floats, ...]
 
 
-class Profile:
+class SpreadProfile:
     """ℓ at the values of τ that have been looked at, in rising order; ``sites`` are the last ones, one per group."""
 
     def __init__(self, groups: Sequence[GroupAnswers], law: Law, plain: Sequence[Floats]) -> None:
@@ -110,7 +110,7 @@ class Profile:
         starts = [replace(sites, theta=sites.theta / ratio, links=sites.links * ratio**2) for sites in self.sites]
         self._flattening = now
 
-        def work(answers: GroupAnswers, start: Sites) -> Sites:
+        def work(answers: GroupAnswers, start: TiltedSites) -> TiltedSites:
             return propagate(answers, self.law, spread, start, tolerance, slope_only=slope_only)
 
         self.sites = mapped(work, self.groups, starts, size=sum(answers.blocks.pairs for answers in self.groups))
@@ -118,7 +118,7 @@ class Profile:
         self.converged = all(sites.converged for sites in self.sites)
         return sum(sites.log_z_slope for sites in self.sites)
 
-    def adjustment(self, sites: Sequence[Sites]) -> float:
+    def adjustment(self, sites: Sequence[TiltedSites]) -> float:
         """Return what ℓ adds to log Z, by the links of ``sites``."""
         added = 0.0
         for part in sites:
@@ -133,7 +133,7 @@ class Profile:
         self.sites, self.converged = self._alike, True
         return self.nodes[0]
 
-    def _node(self, spread: float, sites: Sequence[Sites]) -> Node:
+    def _node(self, spread: float, sites: Sequence[TiltedSites]) -> Node:
         log_z = sum(part.log_z for part in sites)
         height = log_z + self.adjustment(sites)
         covariances = tuple(laplacian.pseudo_inverse(part.links[None])[0] for part in sites)
@@ -142,7 +142,7 @@ class Profile:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread(JsonResult):
+class ObserverSd(JsonResult):
     """Standard deviation τ of an item's strength between observers, in the units of the strengths.
 
     Attributes
@@ -166,7 +166,7 @@ class Spread(JsonResult):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Estimate:
+class SpreadEstimate:
     """τ, the node at its estimate, and what not knowing τ exactly adds.
 
     Attributes
@@ -178,13 +178,13 @@ class Estimate:
         the same factor.
     """
 
-    spread: Spread
+    spread: ObserverSd
     at: Node
     covariance: tuple[Floats, ...]
     scale_variance: float
 
 
-def estimate_spread(profile: Profile) -> Estimate | None:
+def estimate_spread(profile: SpreadProfile) -> SpreadEstimate | None:
     """Look at as many τ as are needed; None where ℓ has no maximum below the end of the grid."""
     if sum(answers.blocks.pairs for answers in profile.groups) > MANY_PAIRS:
         found = _by_newton(profile)
@@ -200,7 +200,7 @@ def estimate_spread(profile: Profile) -> Estimate | None:
     over = height - most + DROP_95
     low = 0.0 if over[0] >= 0 else float(np.interp(0.0, over[: top + 1], tau[: top + 1]))
     high = None if over[-1] >= 0 else float(np.interp(0.0, -over[top:], tau[top:]))
-    spread = Spread(best, low, high, *_test(most - nodes[0].height))
+    spread = ObserverSd(best, low, high, *_test(most - nodes[0].height))
     weights = _weights(tau, height, nodes)
     at = profile.look(best, FINE) if best > 0 else profile.back_to_zero()
     share = np.array([flattening(profile.law, node.spread) for node in nodes]) / flattening(profile.law, best)
@@ -208,10 +208,10 @@ def estimate_spread(profile: Profile) -> Estimate | None:
         np.asarray(np.tensordot(weights * share**2, np.stack(matrices), 1))
         for matrices in zip(*(node.covariance for node in nodes), strict=True)
     )
-    return Estimate(spread, at, covariance, float(weights @ (share - 1) ** 2))
+    return SpreadEstimate(spread, at, covariance, float(weights @ (share - 1) ** 2))
 
 
-def _explore(profile: Profile) -> None:
+def _explore(profile: SpreadProfile) -> None:
     """Look at τ along the grid until ℓ has fallen far, then between the nodes next to the highest one."""
     scale = unit(profile.law)
     for value in GRID:
@@ -262,7 +262,7 @@ def _test(gain: float) -> tuple[float, float]:
     return statistic, float(gammaincc(0.5, statistic / 2)) / 2 if statistic > 0 else 1.0
 
 
-def _by_newton(profile: Profile) -> Estimate | None:
+def _by_newton(profile: SpreadProfile) -> SpreadEstimate | None:
     """With many answers ℓ is a parabola in log τ: by the slopes at two values; None where it is too wide for that.
 
     Strengths are those of a τ within half a standard error of the estimate, brought to its scale by a(τ).
@@ -294,14 +294,14 @@ def _by_newton(profile: Profile) -> Estimate | None:
     best = float(best)
     width = float(np.sqrt(2 * DROP_95)) * error / best
     low, high = best * float(np.exp(-width)), best * float(np.exp(width))
-    spread = Spread(best, low, high, *_test(at.height - profile.nodes[0].height))
+    spread = ObserverSd(best, low, high, *_test(at.height - profile.nodes[0].height))
     ratio = flattening(profile.law, three) / flattening(profile.law, best)
     there = replace(at, theta=tuple(ratio * theta for theta in at.theta))
     scale = (error * _log_slope(profile.law, best)) ** 2
-    return Estimate(spread, there, tuple(ratio**2 * covariance for covariance in at.covariance), scale)
+    return SpreadEstimate(spread, there, tuple(ratio**2 * covariance for covariance in at.covariance), scale)
 
 
-def _from_few(profile: Profile) -> tuple[float, float] | None:
+def _from_few(profile: SpreadProfile) -> tuple[float, float] | None:
     """Return τ by some observers, and the standard error that it would have by all; None where τ is at an end."""
     from scipy.optimize import brentq
 

@@ -54,7 +54,7 @@ NOBODY = "nobody"
 
 
 @dataclass(frozen=True, slots=True)
-class Analysis(JsonResult):
+class AnalysisVariant(JsonResult):
     """One way to analyse the answers, and the classes that it gives, in the order of the items."""
 
     model: Model
@@ -130,7 +130,7 @@ class Multiverse(JsonResult):
     """
 
     items: tuple[str, ...]
-    analyses: tuple[Analysis, ...]
+    analyses: tuple[AnalysisVariant, ...]
     pairs: tuple[PairConclusion, ...]
     by_item: tuple[ItemConclusion, ...]
     number: int
@@ -241,7 +241,7 @@ def multiverse(
     part, names = observer_parts(comparisons.observers)
     kinds: list[CovarianceKind] = list(get_args(CovarianceKind)) if people > 1 else ["model"]
     critical: dict[tuple[Model, CovarianceKind], float] = {}
-    analyses: list[Analysis] = []
+    analyses: list[AnalysisVariant] = []
     verdicts: list[NDArray[np.int8]] = []
     skipped: list[tuple[str, str]] = []
     known_classes: dict[bytes, Letters] = {}
@@ -296,7 +296,7 @@ def multiverse(
                         continue
                     spared += 1
                     analyses.append(
-                        Analysis(model, kind, adjust, names[row], tuple(labels[item] for item in order), number)
+                        AnalysisVariant(model, kind, adjust, names[row], tuple(labels[item] for item in order), number)
                     )
                     verdicts.append((differs * np.sign(difference)).astype(np.int8))
     if not analyses:
@@ -373,7 +373,7 @@ def _classes(differs: NDArray[np.bool_], theta: Floats, known: dict[bytes, Lette
 
 def _concluded(
     scores: Scores,
-    analyses: list[Analysis],
+    analyses: list[AnalysisVariant],
     verdicts: NDArray[np.int8],
     chosen: Floats,
     skipped: tuple[tuple[str, str], ...],
@@ -416,7 +416,7 @@ def _concluded(
     )
 
 
-def _effects(analyses: list[Analysis], agrees: Floats) -> tuple[ChoiceEffect, ...]:
+def _effects(analyses: list[AnalysisVariant], agrees: Floats) -> tuple[ChoiceEffect, ...]:
     """Return the share of conclusions that stand, by each value of each choice."""
     effects = []
     for choice in ("model", "covariance", "adjust", "left_out"):

@@ -192,8 +192,7 @@ def _scale(comparisons: Comparisons, how: JodOptions, weights: Floats) -> JodSca
     drawn = _drawn(comparisons, weights, prior)
     low = high = covariance = classes = None
     if sound and len(drawn) >= FEWEST_DRAWS:
-        ends = [alpha / 2, 1 - alpha / 2]
-        low, high = np.quantile(drawn - drawn[:, place, None], ends, axis=0, method="hazen").tolist()
+        low, high = np.quantile(drawn - drawn[:, place, None], [alpha / 2, 1 - alpha / 2], 0, method="hazen").tolist()
         covariance = np.cov(drawn.T)
         classes = classes_if_few(partial(classify, jod, covariance, alpha=alpha, adjust=how["adjust"]))
     won, compared = comparisons.won, comparisons.compared

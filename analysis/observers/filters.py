@@ -18,7 +18,7 @@ from documents.text import JsonResult
 
 
 @dataclass(frozen=True, slots=True)
-class Kept(JsonResult):
+class KeptSessions(JsonResult):
     """The ``sessions`` that remain, in order, the ``rule``, and for each observer ``left_out`` the reasons.
 
     ``simulated`` are the codes of simulated observers who do not count beside people, ``notes`` say so in a sentence.
@@ -48,7 +48,7 @@ class Kept(JsonResult):
         return tuple(sessions_by_observer(self.sessions))
 
 
-def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
+def keep(sessions: Sequence[SessionLog], rule: Filter) -> KeptSessions:
     """Return the sessions of the observers that ``rule`` keeps; an observer is kept or left out with all sessions.
 
     Simulated observers do not count beside people unless the rule says so (`analysis.records.answered_by.pool`).
@@ -62,7 +62,7 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
 
     Returns
     -------
-    Kept
+    KeptSessions
         The sessions that are kept, and a sentence on those left out.
 
     Raises
@@ -101,7 +101,7 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
         code = session.header.observer
         name = code if code in left_out else f"{code} (simulated)"
         answers[name] = answers.get(name, 0) + sum(trial.is_task for trial in session.trials)
-    return Kept(kept, rule, left_out, pooled.left_out.simulated, pooled.notes, answers)
+    return KeptSessions(kept, rule, left_out, pooled.left_out.simulated, pooled.notes, answers)
 
 
 def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[str, ...]:

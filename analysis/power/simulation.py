@@ -26,7 +26,7 @@ MOST_NUMBERS = 4_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Block:
+class StudyBatch:
     """``replicates`` studies of ``plan`` by ``observers`` each: number ``index`` of the blocks of that size."""
 
     plan: Plan
@@ -42,7 +42,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tally:
+class StudyTally:
     """Results of some studies: counts, sums, and sums of squares.
 
     Attributes
@@ -72,8 +72,8 @@ class Tally:
     width: Floats
     width_squares: Floats
 
-    def __add__(self, other: Tally) -> Tally:
-        return Tally(
+    def __add__(self, other: StudyTally) -> StudyTally:
+        return StudyTally(
             self.replicates + other.replicates,
             self.unfitted + other.unfitted,
             self.separated + other.separated,
@@ -87,7 +87,7 @@ class Tally:
         )
 
 
-def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> list[Block]:
+def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> list[StudyBatch]:
     """Return blocks that fit into memory; their size depends on the plan and the numbers of observers alone."""
     blocks = []
     critical_of: dict[int, float] = {}
@@ -102,11 +102,11 @@ def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> l
             critical_of[alike] = plan.critical_z(alike)
         critical = critical_of.get(alike, float("nan"))
         for index, start in enumerate(range(0, replicates, most)):
-            blocks.append(Block(plan, observers, min(most, replicates - start), index, seed, critical))
+            blocks.append(StudyBatch(plan, observers, min(most, replicates - start), index, seed, critical))
     return blocks
 
 
-def simulate(block: Block) -> Tally:
+def simulate(block: StudyBatch) -> StudyTally:
     """Simulate the studies of a block and count their results."""
     plan, random = block.plan, block.random()
     studies = run(plan, block.observers, block.replicates, random)
@@ -122,7 +122,7 @@ def simulate(block: Block) -> Tally:
     alike = as_classes.mean(axis=1)
     width = widths(studies, random)
     width = np.column_stack([width, width.mean(axis=1)])
-    return Tally(
+    return StudyTally(
         replicates=block.replicates,
         unfitted=int((~fitted).sum()),
         separated=int(studies.separated.sum()),
@@ -210,7 +210,7 @@ def simulate_power(
     return _power(plan, replicates, seed, tuple(sizes), by_size)
 
 
-def _power(plan: Plan, replicates: int, seed: int, sizes: tuple[int, ...], tallies: Sequence[Tally]) -> Power:
+def _power(plan: Plan, replicates: int, seed: int, sizes: tuple[int, ...], tallies: Sequence[StudyTally]) -> Power:
     fitted = np.array([[tally.replicates - tally.unfitted] for tally in tallies], dtype=np.float64)
     count = fitted[:, 0]
     right = np.array([tally.right for tally in tallies])

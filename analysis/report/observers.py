@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from analysis.kinds.questionnaire import QuestionRecord
-from analysis.observers.filters import Kept
+from analysis.observers.filters import KeptSessions
 from analysis.observers.screening import failed_tests, outcomes
 from analysis.observers.table import ObserverLine, ObserverTable
 from analysis.records.session_record import SessionLog
@@ -30,7 +30,7 @@ _COLUMNS = (
 )
 
 
-def observers_section(table: ObserverTable, kept: Kept | None) -> Section:
+def observers_section(table: ObserverTable, kept: KeptSessions | None) -> Section:
     """Return the table of observers."""
     used = [index for index in range(len(_COLUMNS)) if index < 3 or any(_row(line)[index] for line in table.lines)]
     rows = tuple(tuple(_row(line)[index] for index in used) for line in table.lines)
@@ -49,7 +49,7 @@ def observers_section(table: ObserverTable, kept: Kept | None) -> Section:
     return Section("observers", "Observers", tuple(blocks))
 
 
-def left_out_words(kept: Kept | None) -> str:
+def left_out_words(kept: KeptSessions | None) -> str:
     """Return who was left out, by which rule and why, in words."""
     if kept is None:
         return "No observer was left out."

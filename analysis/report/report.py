@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from analysis.classes.conclusions import Conclusion
 from analysis.factors.result import FactorEffects
 from analysis.kinds.kinds import KINDS
-from analysis.observers.filters import Kept
+from analysis.observers.filters import KeptSessions
 from analysis.observers.table import ObserverTable
 from analysis.power.smallest import SmallestDifference
 from analysis.ratings.preferences import Preferences
@@ -70,7 +70,7 @@ class Report(JsonResult):
 
     header: Header
     sessions: tuple[SessionLog, ...]
-    kept: Kept
+    kept: KeptSessions
     pairs: Summary | None
     groups: GroupedSummary | None
     factors: FactorEffects | None

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.scaling.counts import Counts
-from analysis.scaling.designs import ITEMS, Design
+from analysis.scaling.designs import ITEMS, ModelDesign
 from documents.arrays import Floats
 
 ROUGHEST, FINEST = 0.1, 1e-6
@@ -85,7 +85,7 @@ class SparseItems:
         return solution
 
 
-def items_design(counts: Counts) -> Design:
+def items_design(counts: Counts) -> ModelDesign:
     """Return the design of free strengths: `ITEMS`, or conjugate gradients where few of many pairs were compared."""
     n, pairs = counts.n, len(counts.first)
     if len(counts.won) > 1 or n < FEWEST_SPARSE_ITEMS or pairs > LARGEST_SPARSE_SHARE * n * (n - 1) / 2:

@@ -16,7 +16,7 @@ from analysis.scaling.counts import Counts
 from documents.arrays import Floats
 
 
-class Design(Protocol):
+class ModelDesign(Protocol):
     """How to solve (H + precision) s = g for strengths of the design; H is the Laplacian of the pairs' weights."""
 
     @property
@@ -76,10 +76,10 @@ class Columns:
         return np.asarray(self.basis.T @ times_basis + precision * np.eye(self.basis.shape[1]))
 
 
-ITEMS: Design = Items()
+ITEMS: ModelDesign = Items()
 
 
-def outweighed(counts: Counts, design: Design = ITEMS) -> bool:
+def outweighed(counts: Counts, design: ModelDesign = ITEMS) -> bool:
     """Return whether what links some compared pair, directly or not, is worth less than an answer, as Firth's term."""
     total = counts.total
     if not ((total > 0) & (total < 1)).any():

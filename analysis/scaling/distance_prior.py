@@ -51,7 +51,7 @@ class _FollowedDown(NoPenalty):
 
 
 @dataclass(frozen=True, slots=True)
-class Gaussian(_FollowedDown):
+class GaussianDistances(_FollowedDown):
     """The normalised sum of the likelihoods of all pairs' answers."""
 
     def value(self, counts: Counts, theta: Floats, slopes: Callable[[], Slopes]) -> Floats:
@@ -169,4 +169,4 @@ def all_pairs(wins: Floats) -> Counts:
     return Counts(wins.shape[1], first, second, won, lost, np.zeros_like(won))
 
 
-PRIORS: dict[DistancePrior, Penalty] = {"gaussian": Gaussian(), "bounded": Bounded(), "none": NO_PENALTY}
+PRIORS: dict[DistancePrior, Penalty] = {"gaussian": GaussianDistances(), "bounded": Bounded(), "none": NO_PENALTY}

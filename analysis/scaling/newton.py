@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from analysis.covariance.laplacian import WIDEST_FOR_PLAIN_SUMS, grounded, lapack, pair_span
 from analysis.scaling.conjugate_gradients import items_design
 from analysis.scaling.counts import Counts
-from analysis.scaling.designs import ITEMS, Design
+from analysis.scaling.designs import ITEMS, ModelDesign
 from analysis.scaling.laws import EXPONENTIAL_FAMILY_STEP, LOGISTIC, NATS_PER_JND, Law, Slopes
 from analysis.scaling.penalty import NO_PENALTY, Penalty
 from documents import count_work
@@ -38,7 +38,7 @@ MOST_PLAIN_STEPS = 12
 LAST_PLAIN_STEP = 1e-5  # the next would be below 1e-9, and the one after it below rounding
 
 
-def log_odds(counts: Counts, law: Law, penalty: Penalty, design: Design) -> Floats:
+def log_odds(counts: Counts, law: Law, penalty: Penalty, design: ModelDesign) -> Floats:
     """Return the strengths nearest to each pair's own log odds, by least squares; shape (B, n).
 
     Half an answer is added to each side, ties are shared, and a pair weighs what its log odds then tell. Where some
@@ -182,7 +182,7 @@ def maximise(
     law: Law = LOGISTIC,
     *,
     penalty: Penalty = NO_PENALTY,
-    design: Design | None = None,
+    design: ModelDesign | None = None,
     start: Floats | None = None,
     most_iterations: int | None = None,
 ) -> Maximum:
@@ -230,7 +230,7 @@ def maximise(
 
 
 def joint_covariance(
-    counts: Counts, law: Law, point: Point, penalty: Penalty = NO_PENALTY, design: Design = ITEMS
+    counts: Counts, law: Law, point: Point, penalty: Penalty = NO_PENALTY, design: ModelDesign = ITEMS
 ) -> Floats:
     """Return the inverse of the observed information at ``point``: of θ, then of the further parameters.
 
@@ -252,7 +252,7 @@ def joint_covariance(
     return np.asarray((joint + joint.transpose(0, 2, 1)) / 2)
 
 
-def _is_plain(counts: Counts, law: Law, penalty: Penalty, design: Design) -> bool:
+def _is_plain(counts: Counts, law: Law, penalty: Penalty, design: ModelDesign) -> bool:
     """Say whether this is one table of Bradley and Terry's law that `plain_maximum` takes."""
     known = law is LOGISTIC and penalty is NO_PENALTY and design is ITEMS
     return known and len(counts.won) == 1 and counts.n <= MOST_PLAIN_ITEMS and not counts.ordered
@@ -262,7 +262,7 @@ def _joined(top: Maximum, iterations: NDArray[np.intp], converged: Flags) -> Max
     return Maximum(top.theta, top.k, top.order, top.log_likelihood, iterations, converged)
 
 
-def _iterated(counts: Counts, law: Law, penalty: Penalty, design: Design, theta: Floats, steps: int) -> Maximum:
+def _iterated(counts: Counts, law: Law, penalty: Penalty, design: ModelDesign, theta: Floats, steps: int) -> Maximum:
     batch, n = theta.shape
     nothing = np.zeros((batch, 1))
     bordered = bool(law.parameter) or counts.ordered
@@ -311,7 +311,7 @@ def _iterated(counts: Counts, law: Law, penalty: Penalty, design: Design, theta:
     return ended
 
 
-def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _State) -> Point:
+def _step(counts: Counts, law: Law, penalty: Penalty, design: ModelDesign, state: _State) -> Point:
     point = state.point
     slopes = penalty.slopes(counts, state.d, state.slopes(counts, law))
     bordered = bool(law.parameter) or counts.ordered

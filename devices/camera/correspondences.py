@@ -129,7 +129,7 @@ class Correspondences:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pooled:
+class PooledColours:
     """``signal`` (n,): by what each row's signal is divided; ``light`` (n,): by what its light is multiplied."""
 
     reference: Exposure | None
@@ -138,7 +138,7 @@ class Pooled:
     sets: tuple[ExposureSet, ...]
 
 
-def pool(colours: Correspondences, form: Form, asked: Exposure | None) -> Pooled:
+def pool(colours: Correspondences, form: Form, asked: Exposure | None) -> PooledColours:
     """Return how to bring the rows of ``colours`` to one exposure: ``asked``, or the least that they have.
 
     Raises
@@ -148,7 +148,7 @@ def pool(colours: Correspondences, form: Form, asked: Exposure | None) -> Pooled
     """
     ones = np.ones(len(colours))
     if colours.exposures is None:
-        return Pooled(asked, ones, ones, ())
+        return PooledColours(asked, ones, ones, ())
     distinct = sorted(
         dict.fromkeys(colours.exposures), key=lambda exposure: (exposure.light, exposure.time_s, exposure.iso)
     )
@@ -172,7 +172,7 @@ def pool(colours: Correspondences, form: Form, asked: Exposure | None) -> Pooled
     for exposure in distinct:
         signal[rows[exposure]] = exposure.relative_to(reference)
         light[rows[exposure]] = base / brightest[exposure] if brightest[exposure] > 0 else 1.0
-    return Pooled(reference, signal, light, _sets(distinct, brightest))
+    return PooledColours(reference, signal, light, _sets(distinct, brightest))
 
 
 def _sets(exposures: list[Exposure], brightest: dict[Exposure, float]) -> tuple[ExposureSet, ...]:

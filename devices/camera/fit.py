@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.camera.camera_model import CameraModel, Form
 from devices.camera.correspondences import (
     Correspondences,
-    Pooled,
+    PooledColours,
     check_black,
     check_determined,
     check_enough,
@@ -280,7 +280,9 @@ def fit_camera(
     )
 
 
-def _weights(colours: Correspondences, pooled: Pooled, C: Floats, XYZ: Floats, used: NDArray[np.bool_]) -> Floats:
+def _weights(
+    colours: Correspondences, pooled: PooledColours, C: Floats, XYZ: Floats, used: NDArray[np.bool_]
+) -> Floats:
     """Return the weight of each row, (n,), at most 1: one over the variance of model and noise together.
 
     What no matrix explains, the model's variance, is what the residuals of the plain fit have beyond noise

@@ -41,7 +41,7 @@ _MOST_CONDITION = 1e3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solution:
+class CameraSolution:
     """``M``, shape (3, 3) or (3, 4), its standard errors of the same shape, and the condition number of C.
 
     The condition number is that of C with columns of unit length. Standard errors are NaN where there are no more
@@ -66,7 +66,7 @@ def condition_of(C: Floats) -> float:
     return float(np.linalg.cond(C / lengths))
 
 
-def solve(C: Floats, XYZ: Floats, loss: Loss, white: Floats, start: Floats | None = None) -> Solution:
+def solve(C: Floats, XYZ: Floats, loss: Loss, white: Floats, start: Floats | None = None) -> CameraSolution:
     """Return M with XYZ ≈ C·Mᵀ, for C (n, k) of rank k and XYZ (n, 3).
 
     ``xyz`` minimises the sum of squares in XYZ; ``delta-e`` that of ΔE00 against ``white`` (3,), from ``start`` (3, k)
@@ -81,7 +81,7 @@ def solve(C: Floats, XYZ: Floats, loss: Loss, white: Floats, start: Floats | Non
         variance = ((XYZ - scaled @ plain.T) ** 2).sum(axis=0) / (n - k) if n > k else np.full(3, np.nan)
         spread = np.sum(np.linalg.inv(r) ** 2, axis=1)
         errors = np.sqrt(variance[:, None] * spread[None])
-        return Solution(plain / lengths, errors / lengths, condition_of(C))
+        return CameraSolution(plain / lengths, errors / lengths, condition_of(C))
     begin = plain if start is None else start * lengths
     best, jacobian, left = _least_delta_e(scaled, XYZ, white, begin)
     if n > k:
@@ -92,7 +92,7 @@ def solve(C: Floats, XYZ: Floats, loss: Loss, white: Floats, start: Floats | Non
         errors = np.sqrt(np.maximum(variance, 0)).reshape(3, k)
     else:
         errors = np.full((3, k), np.nan)
-    return Solution(best / lengths, errors / lengths, condition_of(C))
+    return CameraSolution(best / lengths, errors / lengths, condition_of(C))
 
 
 def _least_delta_e(C: Floats, XYZ: Floats, white: Floats, start: Floats) -> tuple[Floats, Floats, Floats]:
@@ -117,7 +117,7 @@ def _least_delta_e(C: Floats, XYZ: Floats, white: Floats, start: Floats) -> tupl
 
 
 def left_out_xyz(
-    C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solution, names: Sequence[str] = ()
+    C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: CameraSolution, names: Sequence[str] = ()
 ) -> Floats:
     """Return XYZ (n, 3) of each colour as estimated by the fit to all others; NaN where those do not determine M.
 

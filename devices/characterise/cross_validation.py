@@ -31,7 +31,7 @@ _TRUSTED_TIMES, _TRUSTED_MORE = 1.5, 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fit:
+class ModelFit:
     """A model fitted to readings: how many of its numbers were free, their condition, and what else the fit tells.
 
     ``before``: the model before its curves were fitted along with its terms, None where they were not.
@@ -44,7 +44,7 @@ class Fit:
     before: Plvc | None = None
 
 
-Fold: TypeAlias = tuple[Rows, Mapping[Name, Fit]]
+Fits: TypeAlias = Mapping[Name, ModelFit]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +57,8 @@ class CrossValidation:
     """
 
     patches: Patches
-    fits: Mapping[Name, Fit]
-    folds: tuple[Fold, ...]
+    fits: Fits
+    folds: tuple[tuple[Rows, Fits], ...]
     predicted_XYZ: Mapping[Name, Floats]
     delta_e_2000: Mapping[Name, Floats]
     fits_made: int
@@ -84,7 +84,7 @@ class CrossValidation:
         """Return the same with the model of the residual too, on the PLVC that each fold has already."""
         if "residual" in self.fits:
             return self
-        folds: list[Fold] = []
+        folds: list[tuple[Rows, Fits]] = []
         for rows, own in self.folds:
             training = self.patches.select(np.setdiff1d(np.arange(len(self.patches)), rows))
             folds.append((rows, {**own, "residual": residual_of(training, own["plvc"])}))
@@ -96,14 +96,14 @@ def cross_validate(data: Patches, seed: int, *, residual: bool = True) -> CrossV
     """Fit every model to all of ``data``, and to what each fold leaves; that of the residual if it is asked for."""
     starts: dict[str, Floats] = {}
     whole = fit_all(data, starts, residual=residual)
-    folds: list[Fold] = []
+    folds: list[tuple[Rows, Fits]] = []
     for rows in folds_of(data, seed):
         training = data.select(np.setdiff1d(np.arange(len(data)), rows))
         folds.append((rows, fit_all(training, starts, judged=False, residual=residual)))
     return _predicted(data, whole, tuple(folds), 1 + len(folds))
 
 
-def _predicted(data: Patches, fits: Mapping[Name, Fit], folds: tuple[Fold, ...], fits_made: int) -> CrossValidation:
+def _predicted(data: Patches, fits: Fits, folds: tuple[tuple[Rows, Fits], ...], fits_made: int) -> CrossValidation:
     predicted = {name: np.full((len(data), 3), np.nan) for name in fits}
     delta = {name: np.full(len(data), np.nan) for name in fits}
     for rows, own in folds:
@@ -113,26 +113,26 @@ def _predicted(data: Patches, fits: Mapping[Name, Fit], folds: tuple[Fold, ...],
     return CrossValidation(data, fits, folds, predicted, delta, fits_made)
 
 
-def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True, residual: bool = True) -> dict[Name, Fit]:
+def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True, residual: bool = True) -> Fits:
     """Fit every model; numbers found are kept in ``starts`` and begin the fits of nearly the same patches."""
-    out: dict[Name, Fit] = {}
+    out: dict[Name, ModelFit] = {}
     for kind in PARAMETRIC:
         fitted, numbers = fit_parametric(data, kind, starts.get(kind), judged=judged)
         starts.setdefault(kind, numbers)
-        out[kind] = Fit(fitted.model, fitted.free_numbers, fitted.condition, fitted)
+        out[kind] = ModelFit(fitted.model, fitted.free_numbers, fitted.condition, fitted)
     tables = fit_table(data, out["gogo"].model, judged=judged)
-    out["table"] = Fit(tables.model, tables.free_numbers, tables.condition, tables)
+    out["table"] = ModelFit(tables.model, tables.free_numbers, tables.condition, tables)
     plvc, numbers_of, condition = fit_plvc(data, tables, judged=judged)
-    out["plvc"] = Fit(fit_curves_too(data, plvc), numbers_of, condition, None, plvc)
+    out["plvc"] = ModelFit(fit_curves_too(data, plvc), numbers_of, condition, None, plvc)
     if residual:
         out["residual"] = residual_of(data, out["plvc"])
     return out
 
 
-def residual_of(data: Patches, plvc: Fit) -> Fit:
+def residual_of(data: Patches, plvc: ModelFit) -> ModelFit:
     """Return the model of the residual on the PLVC fitted to the same ``data``."""
     assert plvc.before is not None
-    return Fit(*fit_residual(data, plvc.before, plvc.free_numbers), float("nan"), None)
+    return ModelFit(*fit_residual(data, plvc.before, plvc.free_numbers), float("nan"), None)
 
 
 def anchors(codes: Floats) -> NDArray[np.bool_]:

@@ -29,7 +29,7 @@ class Errors(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class FitNumber:
     """A fitted number and its standard error, None where the fit gives none."""
 
     value: float
@@ -46,24 +46,24 @@ class ModelNumbers:
     family. Light is a share of full drive, so that gain and offset add up to 1 and share one standard error.
     """
 
-    black_XYZ_cd_m2: Mapping[str, Estimate]
+    black_XYZ_cd_m2: Mapping[str, FitNumber]
     primaries_XYZ_cd_m2: Floats
-    curves: Mapping[str, Mapping[str, Estimate]]
+    curves: Mapping[str, Mapping[str, FitNumber]]
     shown_black_XYZ_cd_m2: Floats
 
     @classmethod
     def of(cls, model: DisplayModel, standard_errors: Mapping[str, float]) -> ModelNumbers:
         """Return the numbers of ``model``; ``standard_errors`` are those of the fit, by names such as ``red.gamma``."""
         black = {
-            axis: Estimate(float(value), standard_errors.get(f"black.{axis}"))
+            axis: FitNumber(float(value), standard_errors.get(f"black.{axis}"))
             for axis, value in zip("XYZ", model.black_XYZ_cd_m2, strict=True)
         }
-        curves: dict[str, dict[str, Estimate]] = {}
+        curves: dict[str, dict[str, FitNumber]] = {}
         for colour, curve in zip(_COLOURS, model.curves, strict=True):
             if curve.numbers:
                 named = {"gain": "offset"}  # they share an error
                 curves[colour] = {
-                    name: Estimate(value, standard_errors.get(f"{colour}.{named.get(name, name)}"))
+                    name: FitNumber(value, standard_errors.get(f"{colour}.{named.get(name, name)}"))
                     for name, value in curve.numbers.items()
                 }
         return cls(black, model.primaries_XYZ_cd_m2.T, curves, model.in_the_dark.shown_black_XYZ_cd_m2)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from devices.characterise.channel_fit import COEFFICIENTS
 from devices.characterise.choose import Candidate
-from devices.characterise.figures import Estimate, ModelNumbers
+from devices.characterise.figures import FitNumber, ModelNumbers
 from devices.characterise.thesis import ThesisFits
 from documents.arrays import Floats
 from documents.pages import Table
@@ -105,6 +105,6 @@ def _number(value: float | None, form: str = ".4f") -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value:{form}}"
 
 
-def _estimate(number: Estimate) -> str:
+def _estimate(number: FitNumber) -> str:
     error = number.standard_error
     return f"{number.value:.4f}" if error is None else f"{number.value:.4f} ± {error:.4f}"

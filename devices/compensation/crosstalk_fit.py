@@ -68,7 +68,7 @@ class CrosstalkReading:
 
 
 @dataclass(frozen=True, slots=True)
-class EyeFit:
+class EyeLeak:
     """How one eye's matrix was found: ``full`` or ``diagonal``, from how many readings, and what they leave over.
 
     Residuals are over X, Y and Z of all readings, in cd/m². They are 0 where there were no more readings than needed.
@@ -103,8 +103,8 @@ class CrosstalkFit:
     """The crosstalk, how each eye's matrix was found, and ``shares``: the luminance that leaks, by pairs of colours."""
 
     crosstalk: Crosstalk
-    left: EyeFit
-    right: EyeFit
+    left: EyeLeak
+    right: EyeLeak
     shares: tuple[LeakShare, ...] = ()
 
     @property
@@ -274,7 +274,7 @@ def _fit_eye(
     black: Floats,
     alone: Mapping[tuple[Eye, str], Floats],
     shares: Sequence[LeakShare],
-) -> tuple[Floats, EyeFit]:
+) -> tuple[Floats, EyeLeak]:
     """Return the matrix (3, 3) of ``eye`` and how it was found."""
     sent, leaked, weights = [], [], []
     even = _EVEN_SHARE * _brightest(values)
@@ -307,7 +307,7 @@ def _fit_eye(
     matrix, kind = _least_squares(eye, np.array(sent), np.array(leaked), np.array(weights))
     left_over = np.array(leaked) - np.array(sent) @ matrix.T
     rms = float(np.sqrt(np.mean(left_over**2)))
-    return matrix, EyeFit(kind, len(sent), rms, float(np.abs(left_over).max()), left_out)
+    return matrix, EyeLeak(kind, len(sent), rms, float(np.abs(left_over).max()), left_out)
 
 
 def _least_squares(eye: Eye, sent: Floats, leaked: Floats, weights: Floats) -> tuple[Floats, Kind]:

@@ -84,7 +84,7 @@ def mixed_costs(
     limits = mixture.limits
     views: dict[Eye, Pixels] = {"left": left_XYZ.reshape(-1, 3), "right": right_XYZ.reshape(-1, 3)}
 
-    def work(part: slice) -> tuple[Clipping, Mapping[Eye, _Sums]]:
+    def work(part: slice) -> tuple[Clipping, Mapping[Eye, _CostSums]]:
         asked = {eye: views[eye][part].astype(np.float64) for eye in EYES}
         for view in asked.values():
             check_finite(view)
@@ -93,7 +93,7 @@ def mixed_costs(
         shown = np.stack([curve.linear(curve.code(clipped[:, i])) for i, curve in enumerate(mixture.curves)], axis=1)
         # A difference by rounding is none.
         changed = (np.abs(shown - light) > 1e-12).any(axis=1)
-        costs: dict[Eye, _Sums] = {}
+        costs: dict[Eye, _CostSums] = {}
         for eye in EYES:
             through = mixture.through(eye)
             white = _display(models, eye, np.ones(3)) @ through.T
@@ -102,12 +102,12 @@ def mixed_costs(
             seen = _lab(_display(models, eye, light) @ through.T, white)
             clip = delta_e_2000(seen[changed], _lab(_display(models, eye, shown[changed]) @ through.T, white))
             projection = delta_e_2000(_lab(asked[eye], models.eye(eye).white_XYZ_cd_m2), seen)
-            costs[eye] = _Sums.of(clip, projection)
+            costs[eye] = _CostSums.of(clip, projection)
         tolerance = mixed_tolerance(mixture, models, asked["left"], asked["right"], half=half)
         return outside_limits(light, limits, tolerance), costs
 
     parts = list(over_blocks(work, len(views["left"])))
-    sums = {eye: _Sums() for eye in EYES}
+    sums = {eye: _CostSums() for eye in EYES}
     for _, costs in parts:
         for eye in EYES:
             sums[eye].add(costs[eye])
@@ -131,7 +131,7 @@ def mixed_tolerance(
 
 
 @dataclass(slots=True)
-class _Sums:
+class _CostSums:
     """What the blocks of a picture came to so far."""
 
     noticed: int = 0
@@ -141,7 +141,7 @@ class _Sums:
     projection_max: float = 0.0
 
     @classmethod
-    def of(cls, clip: Floats, projection: Floats) -> _Sums:
+    def of(cls, clip: Floats, projection: Floats) -> _CostSums:
         """Return those of one block, from its ΔE00."""
         return cls(
             int((clip >= NOTICED_DELTA_E_00).sum()),
@@ -151,7 +151,7 @@ class _Sums:
             float(projection.max(initial=0.0)),
         )
 
-    def add(self, block: _Sums) -> None:
+    def add(self, block: _CostSums) -> None:
         self.noticed += block.noticed
         self.clip += block.clip
         self.clip_max = max(self.clip_max, block.clip_max)

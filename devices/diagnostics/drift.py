@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.diagnostics.readings import by_code, primaries
-from devices.diagnostics.time_trend import Trend, trend_in_time
+from devices.diagnostics.time_trend import TimeTrend, trend_in_time
 from devices.readings import Measurements
 from documents.arrays import Floats
 
@@ -47,9 +47,9 @@ class Drift:
     whether the readings carry times; where not, their order stands for them.
     """
 
-    light: Trend | None
-    balance: tuple[Trend | None, Trend | None]
-    black: tuple[Trend | None, ...]
+    light: TimeTrend | None
+    balance: tuple[TimeTrend | None, TimeTrend | None]
+    black: tuple[TimeTrend | None, ...]
     black_kind: BlackKind
     black_XYZ: Floats
     matrix: Floats | None
@@ -186,7 +186,7 @@ def estimate_drift(measurements: Measurements) -> Drift:
     row = np.concatenate([np.asarray(rows) for rows in bright])
     dark = next((rows for rows in groups if np.all(measurements.codes[rows] == 0)), None)
 
-    def light_above(added: Floats) -> Trend | None:
+    def light_above(added: Floats) -> TimeTrend | None:
         return trend_in_time(time[row], np.log(Y[row] - added[:, 1]), member, _LIGHT)
 
     first = replace(nothing, light=light_above(np.zeros((len(row), 3))), repeats=len(row))

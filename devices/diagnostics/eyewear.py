@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.compensation.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, EyeFit, LeakShare, fit_crosstalk
+from devices.compensation.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, EyeLeak, LeakShare, fit_crosstalk
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import FLOOR_SHARE, SAME_DIGITS, by_code, means, patch_name, tag, tagged
 from devices.display.display_file import Eye
@@ -266,7 +266,7 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
     return CROSSTALK.judged(value, words, series=(panel,), table=table, output=crosstalk_yaml(fit))
 
 
-def _negative_words(leak: LeakShare, fit: EyeFit) -> str:
+def _negative_words(leak: LeakShare, fit: EyeLeak) -> str:
     """Say that an eye sees less of its own picture for the other's, and what becomes of it."""
     other = "right" if leak.eye == "left" else "left"
     over = "black" if leak.own == BLACK else leak.own

@@ -40,7 +40,7 @@ _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
 
 
 @dataclass(frozen=True, slots=True)
-class Tag:
+class PatchTag:
     """The name before the ``@``, what kind of reading it is, and the words that belong to its kind, in lower case."""
 
     base: str
@@ -54,13 +54,13 @@ def patch_name(name: str) -> str:
 
 
 @lru_cache(maxsize=4096)
-def tag(name: str) -> Tag | None:
+def tag(name: str) -> PatchTag | None:
     """Return the tag in ``name``, None for a plain reading."""
     base, at, words = patch_name(name).rpartition("@")
     if at:
         for kind, pattern in _PATTERNS:
             if match := pattern.fullmatch(words.strip()):
-                return Tag(base.strip().lower(), kind, tuple((part or "").strip().lower() for part in match.groups()))
+                return PatchTag(base.strip().lower(), kind, tuple(part.strip().lower() for part in match.groups("")))
     return None
 
 
@@ -109,7 +109,7 @@ def part_of_picture(measurements: Measurements) -> tuple[float, Floats] | None:
     return None if np.any(np.ptp(parts, axis=0) > 1e-9) else (float(measurements.filled[0]), measurements.around[0])
 
 
-def tagged(measurements: Measurements, kind: Kind) -> list[tuple[int, Tag]]:
+def tagged(measurements: Measurements, kind: Kind) -> list[tuple[int, PatchTag]]:
     """Return the numbers of the readings of ``kind`` and the tags of their names."""
     tags = [(row, tag(name)) for row, name in enumerate(measurements.name)]
     return [(row, own) for row, own in tags if own is not None and own.kind == kind]

@@ -136,7 +136,7 @@ def place_departures(courses: Mapping[str, tuple[ArrayLike, ArrayLike]], level: 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Curves:
+class _FittedCurves:
     """Sums of squares ``least`` (k,) that the best curves leave of k series, and what they fit, (k, n).
 
     Of the first series ``excess`` is its light at time 0 above what it settles to, as a share of the latter, and
@@ -149,7 +149,7 @@ class _Curves:
     tau: float = 0.0
 
 
-def _one_curve(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Floats, excess: float) -> _Curves:
+def _one_curve(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Floats, excess: float) -> _FittedCurves:
     """Fit a level for each place and one curve for all to series (k, n) of logarithms of light.
 
     The curve is as log(1 + ``excess`` · exp(−t / τ)), of any size; exp(−t / τ) where the excess is next to nothing.
@@ -169,10 +169,10 @@ def _one_curve(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Floats
     unexplained = rest - size[:, None] * bent[best]
     begins = float(size[0] / length[best[0]])
     excess = float(np.clip(np.expm1(min(begins, 1.0)), *_EXCESSES))
-    return _Curves((unexplained**2).sum(axis=1), logs - unexplained, excess, float(taus[best[0]]))
+    return _FittedCurves((unexplained**2).sum(axis=1), logs - unexplained, excess, float(taus[best[0]]))
 
 
-def _curve_each(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Floats, excess: float) -> _Curves:
+def _curve_each(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Floats, excess: float) -> _FittedCurves:
     """Fit a level and a curve to each place by itself, of the shape that `_one_curve` has."""
     least, fitted = np.zeros(len(logs)), np.zeros_like(logs)
     for one in np.unique(place):
@@ -180,4 +180,4 @@ def _curve_each(logs: Floats, when: Floats, place: NDArray[np.intp], taus: Float
         own = _one_curve(logs[:, rows], when[rows], place[rows], taus, excess)
         least += own.least
         fitted[:, rows] = own.fitted
-    return _Curves(least, fitted)
+    return _FittedCurves(least, fitted)

@@ -36,7 +36,7 @@ _ODD, _DOUBTED, _ONE_IN, _FEWEST_TO_DOUBT = 0.25, 3, 5, 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trend:
+class TimeTrend:
     """A trend over ``start``..``end`` (in the readings' time), constant before and after.
 
     ``error_before`` and ``error_after``: root mean square error of readings left out, without and with it, in the unit
@@ -59,7 +59,7 @@ class Trend:
         return np.asarray(self.basis(inside) @ self.coefficients)
 
 
-def trend_in_time(time: ArrayLike, values: ArrayLike, group: ArrayLike, level: float) -> Trend | None:
+def trend_in_time(time: ArrayLike, values: ArrayLike, group: ArrayLike, level: float) -> TimeTrend | None:
     """Return the trend of ``values`` that cross-validation prefers, or None.
 
     Parameters
@@ -75,7 +75,7 @@ def trend_in_time(time: ArrayLike, values: ArrayLike, group: ArrayLike, level: f
 
     Returns
     -------
-    Trend or None
+    TimeTrend or None
         None where there are too few readings, or where a trend predicts them no better than noise would let it.
     """
     when, value, patch = np.asarray(time, dtype=np.float64), np.asarray(values, dtype=np.float64), np.asarray(group)
@@ -90,7 +90,7 @@ def trend_in_time(time: ArrayLike, values: ArrayLike, group: ArrayLike, level: f
     if p_value > level or after >= before:
         return None
     best = smoothed.best
-    return Trend(smoothed.start, smoothed.end, best.basis, best.operator @ smoothed.rest, before, after, p_value)
+    return TimeTrend(smoothed.start, smoothed.end, best.basis, best.operator @ smoothed.rest, before, after, p_value)
 
 
 def _without_odd(when: Floats, value: Floats, patch: NDArray[Any]) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ from .display_model import ProfileModel as ProfileModel
 from .display_model import model_of_profile as model_of_profile
 from .encoding import ProfileEncoding as ProfileEncoding
 from .encoding import profile_encoding as profile_encoding
-from .profile import Profile as Profile
+from .profile import IccProfile as IccProfile
 from .profile import read_profile as read_profile
 from .write import ProfileKind as ProfileKind
 from .write import WrittenProfile as WrittenProfile

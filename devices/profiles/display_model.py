@@ -15,7 +15,7 @@ from devices.display import DisplayModel, TableCurve
 from devices.display.curves import Curve, SrgbCurve
 from devices.errors import DeviceError
 from devices.profiles.curves import ROUNDING, TagCurve
-from devices.profiles.profile import COLOURS, MatrixModel, Profile, black_beneath
+from devices.profiles.profile import COLOURS, IccProfile, MatrixModel, black_beneath
 from documents import Finding
 from documents.arrays import Floats
 
@@ -38,7 +38,7 @@ class ProfileModel:
     notes: tuple[str, ...]
 
 
-def model_of_profile(profile: Profile, white_cd_m2: float | None = None) -> ProfileModel:
+def model_of_profile(profile: IccProfile, white_cd_m2: float | None = None) -> ProfileModel:
     """Return the matrix and curves of a profile as a display model.
 
     Parameters
@@ -93,7 +93,7 @@ def model_of_profile(profile: Profile, white_cd_m2: float | None = None) -> Prof
 
 
 def display_curves(
-    matrix: MatrixModel, profile: Profile, findings: list[Finding]
+    matrix: MatrixModel, profile: IccProfile, findings: list[Finding]
 ) -> tuple[list[tuple[TagCurve, Curve]], list[str]]:
     """Return each channel's curve in the profile and in the model, and how they differ; ``findings`` gets faults."""
     if all(is_srgb(curve) for curve in matrix.curves):

@@ -112,7 +112,7 @@ class MatrixModel:
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class IccProfile:
     """A profile of a display.
 
     Attributes
@@ -241,7 +241,7 @@ class Profile:
         return np.asarray(np.asarray(XYZ, dtype=np.float64) @ np.linalg.inv(self.adaptation).T * white_cd_m2)
 
 
-def read_profile(path: str | Path) -> Profile:
+def read_profile(path: str | Path) -> IccProfile:
     """Read the ICC profile of a display, of version 2 or 4.
 
     Parameters
@@ -251,7 +251,7 @@ def read_profile(path: str | Path) -> Profile:
 
     Returns
     -------
-    Profile
+    IccProfile
         What it says of white, black and luminance; its table, and its matrix and curves, are read when asked for.
 
     Raises
@@ -275,11 +275,11 @@ def read_profile(path: str | Path) -> Profile:
     return profile
 
 
-def profile_of(content: ProfileFile) -> Profile:
+def profile_of(content: ProfileFile) -> IccProfile:
     """Return what the profile in ``content`` says; errors as `read_profile`, of what every colour needs."""
     notes: list[str] = []
     adaptation = _adaptation(content, notes)
-    return Profile(content.file, content, adaptation, tuple(notes))
+    return IccProfile(content.file, content, adaptation, tuple(notes))
 
 
 def _adaptation(content: ProfileFile, notes: list[str]) -> Floats:
@@ -320,7 +320,7 @@ def _xyz(tag: Tag) -> Floats:
     return tag.fixed(8, 3)
 
 
-def black_beneath(profile: Profile, matrix: MatrixModel) -> Floats | None:
+def black_beneath(profile: IccProfile, matrix: MatrixModel) -> Floats | None:
     """Return XYZ (3,) of the black that lies beneath the light of ``matrix``, with the white at Y = 1; None if none.
 
     That is the black point (``bkpt``) where the curves give no light at code 0. Where they do, it is in them already.

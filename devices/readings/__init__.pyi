@@ -1,6 +1,6 @@
 from .arrangement import Arrangement as Arrangement
+from .arrangement import GridCell as GridCell
 from .arrangement import PatchEye as PatchEye
-from .arrangement import Place as Place
 from .carried_text import carried as carried
 from .code_range import must_differ as must_differ
 from .colorchecker import AskedColour as AskedColour
@@ -21,8 +21,8 @@ from .instrument import Showing as Showing
 from .log import CodeTriple as CodeTriple
 from .log import Kept as Kept
 from .log import MeasurementLog as MeasurementLog
-from .log import Session as Session
-from .log import Shown as Shown
+from .log import ReadingRun as ReadingRun
+from .log import ShownPatch as ShownPatch
 from .log import is_measurement_log as is_measurement_log
 from .log import read_session as read_session
 from .log import step_facts as step_facts

@@ -15,7 +15,7 @@ _ACROSS: Mapping[int, str] = MappingProxyType({1: "left", 2: "middle", 3: "right
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class GridCell:
     """A cell of a grid of ``rows`` × ``columns`` over the screen; ``row`` and ``column`` count from 1 at the top left.
 
     Raises DeviceError if there is no such cell.
@@ -63,7 +63,7 @@ class Arrangement:
     """
 
     eye: PatchEye = "both"
-    place: Place | None = None
+    place: GridCell | None = None
     angle: str = ""
     glasses: bool = True
     screen_off: bool = False

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from devices.errors import DeviceError
-from devices.profiles.profile import Profile
+from devices.profiles.profile import IccProfile
 from devices.profiles.tag_table import Tag
 from devices.readings.cgats import CgatsTable, read_table
 
@@ -26,7 +26,7 @@ class CarriedText:
     table: CgatsTable
 
 
-def carried(profile: Profile) -> CarriedText | None:
+def carried(profile: IccProfile) -> CarriedText | None:
     """Return the measurements inside a profile as text.
 
     Parameters

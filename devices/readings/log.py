@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any
 
 from devices.errors import MeasuringError
-from devices.readings.arrangement import Place
+from devices.readings.arrangement import GridCell
 from devices.readings.instrument import Reading
 from devices.readings.patch import Patch, Step
 from documents import Finding, InputError
@@ -41,7 +41,7 @@ CodeTriple = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownPatch:
     """The codes in 0..1 of the eye that is read and of the other one, None where they share their pixels.
 
     ``place`` is where on the panel the patch's middle stands, across and down, as shares of it. ``read_back`` says that
@@ -65,11 +65,11 @@ class Kept:
     position: int
     time_s: float
     reading: Reading
-    shown: Shown | None = None
+    shown: ShownPatch | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Session:
+class ReadingRun:
     """A measurement as far as it went. ``readings`` holds the last of each step, by position.
 
     ``accepted`` says of which readings a person was told that they make no sense, and kept them. ``state`` says where
@@ -127,7 +127,7 @@ class MeasurementLog:
             raise MeasuringError(unwritable(error, file, "measurement")) from error
 
     @classmethod
-    def reopen(cls, file: Path) -> tuple[MeasurementLog, Session]:
+    def reopen(cls, file: Path) -> tuple[MeasurementLog, ReadingRun]:
         """Open a measurement to resume it, and return what it holds.
 
         A line cut short by a power cut is kept beside the log as ``NAME.torn-*.bin`` and taken off its end.
@@ -153,7 +153,7 @@ class MeasurementLog:
         """The file that it is written to."""
         return self._log.file
 
-    def keep(self, step: Step, time_s: float, reading: Reading, shown: Shown | None = None) -> None:
+    def keep(self, step: Step, time_s: float, reading: Reading, shown: ShownPatch | None = None) -> None:
         """Put a reading on disk, with what stood on the screen if that was read back."""
         line: dict[str, Any] = {"record": "reading", "position": step.position, "label": step.label}
         line |= {"time_s": round(time_s, 3), "XYZ_cd_m2": reading.XYZ_cd_m2}
@@ -203,7 +203,7 @@ class MeasurementLog:
             raise MeasuringError(unwritable(error, self.file, "reading", elsewhere=_ELSEWHERE)) from error
 
 
-def read_session(file: Path) -> Session:
+def read_session(file: Path) -> ReadingRun:
     """Read the measurement in ``file``; a last line that was cut short does not count.
 
     Parameters
@@ -213,7 +213,7 @@ def read_session(file: Path) -> Session:
 
     Returns
     -------
-    Session
+    ReadingRun
         The header, the steps, and for each step its last reading (XYZ in cd/m²) or why it has none.
 
     Raises
@@ -265,7 +265,7 @@ def read_session(file: Path) -> Session:
         raise MeasuringError(error.finding(file, what, "restore the file, or measure again")) from error
     if not header:
         raise MeasuringError(Finding("this is no measurement: it has no header", str(file), 1))
-    return Session(file, header, steps, readings, failures, tuple(accepted), state)
+    return ReadingRun(file, header, steps, readings, failures, tuple(accepted), state)
 
 
 def _check_facts(header: Mapping[str, Any]) -> None:
@@ -335,7 +335,7 @@ def _patch_facts(patch: Patch) -> dict[str, Any]:
     for known in fields(Patch):
         value = getattr(patch, known.name)
         if value != getattr(plain, known.name):
-            facts[known.name] = asdict(value) if isinstance(value, Place) else value
+            facts[known.name] = asdict(value) if isinstance(value, GridCell) else value
     return facts
 
 
@@ -350,7 +350,7 @@ def _patch(line: Mapping[str, Any]) -> Patch:
         _triple(line["codes"]),
         None if around is None else _triple(around),
         None if other is None else _triple(other),
-        None if place is None else Place(**place),
+        None if place is None else GridCell(**place),
         line.get("eye"),
         str(line.get("angle", "")),
         bool(line.get("glasses", True)),
@@ -361,12 +361,12 @@ def _patch(line: Mapping[str, Any]) -> Patch:
     )
 
 
-def _shown(held: Mapping[str, Any] | None) -> Shown | None:
+def _shown(held: Mapping[str, Any] | None) -> ShownPatch | None:
     if held is None:
         return None
     across, down = map(float, held["place"])
     other = held["other"]
-    return Shown(_triple(held["own"]), None if other is None else _triple(other), (across, down), read_back=True)
+    return ShownPatch(_triple(held["own"]), None if other is None else _triple(other), (across, down), read_back=True)
 
 
 def _triple(values: list[float]) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from devices.errors import DeviceError
-from devices.readings.arrangement import Arrangement, PatchEye, Place, degrees
+from devices.readings.arrangement import Arrangement, GridCell, PatchEye, degrees
 from documents import Finding
 
 Codes = tuple[float, float, float]
@@ -40,7 +40,7 @@ class Patch:
     codes: Codes
     around: Codes | None = None
     other: Codes | None = None
-    place: Place | None = None
+    place: GridCell | None = None
     eye: PatchEye | None = None
     angle: str = ""
     glasses: bool = True

@@ -10,7 +10,7 @@ import numpy as np
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from devices.profiles.profile import MatrixModel, Profile, black_beneath, read_profile
+from devices.profiles.profile import IccProfile, MatrixModel, black_beneath, read_profile
 from devices.readings.carried_text import CarriedText, carried
 from devices.readings.cgats import CgatsTable
 from devices.readings.code_range import can_be_modelled
@@ -50,7 +50,7 @@ def read_profile_measurements(path: str | Path, white_cd_m2: float | None = None
     return profile_measurements(read_profile(path), white_cd_m2)
 
 
-def profile_measurements(profile: Profile, white_cd_m2: float | None = None) -> Measurements:
+def profile_measurements(profile: IccProfile, white_cd_m2: float | None = None) -> Measurements:
     """Return a profile as readings.
 
     Parameters
@@ -76,7 +76,7 @@ def profile_measurements(profile: Profile, white_cd_m2: float | None = None) -> 
     return _sampled(profile, white_cd_m2)
 
 
-def _carried_readings(text: CarriedText, profile: Profile, white_cd_m2: float | None) -> Measurements:
+def _carried_readings(text: CarriedText, profile: IccProfile, white_cd_m2: float | None) -> Measurements:
     readings = parse_ti3(text.lines, text.place)
     notes = [f"the {counted(len(readings), 'reading', 'readings')} inside the profile were read"]
     if _relative(text.table, readings, known=not (white_cd_m2 is None and profile.luminance_cd_m2 is None)):
@@ -98,7 +98,7 @@ def _carried_readings(text: CarriedText, profile: Profile, white_cd_m2: float | 
     return _through_gamma_table(readings, profile).says(*notes)
 
 
-def _sampled(profile: Profile, white_cd_m2: float | None) -> Measurements:
+def _sampled(profile: IccProfile, white_cd_m2: float | None) -> Measurements:
     """Return what the profile's table, or its matrix and curves, say of a set of codes."""
     codes = sampled_codes()
     light = profile.light
@@ -138,7 +138,7 @@ def _relative(table: CgatsTable, readings: Measurements, *, known: bool) -> bool
     return said is not None or (known and len(readings) > 0 and abs(float(readings.XYZ[:, 1].max()) - 100.0) < 0.005)
 
 
-def _through_gamma_table(readings: Measurements, profile: Profile) -> Measurements:
+def _through_gamma_table(readings: Measurements, profile: IccProfile) -> Measurements:
     """Return ``readings`` with the codes that the profile's gamma table sent, unless another has been applied.
 
     Where no model could be fitted to these codes, the table stays that of the readings.

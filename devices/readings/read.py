@@ -16,7 +16,7 @@ from documents import Finding
 from documents.files import whole_file, writing
 
 if TYPE_CHECKING:
-    from devices.readings.log import Session
+    from devices.readings.log import ReadingRun
 
 PROFILE_ENDINGS = (".icc", ".icm")
 
@@ -85,7 +85,7 @@ def read_measurements(
     raise DeviceError(Finding(f"'{ending}' is no known table of measurements", str(path), remedy=remedy))
 
 
-def write_measurements(session: Session, file: Path) -> None:
+def write_measurements(session: ReadingRun, file: Path) -> None:
     """Write the readings of a measurement, whole or not at all: ``.ti3`` with spectra, CSV by any other name.
 
     Parameters
@@ -110,7 +110,7 @@ def write_measurements(session: Session, file: Path) -> None:
             write_csv(table, draft, float(session.header["highest_code"]))
 
 
-def measurements_of(session: Session) -> Measurements:
+def measurements_of(session: ReadingRun) -> Measurements:
     """Return the readings of ``session`` in the order in which they were taken; the last of each step counts.
 
     Spectra are there if every reading has one at the same wavelengths.

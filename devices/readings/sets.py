@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import cast
 
 from devices.errors import DeviceError
-from devices.readings.arrangement import PatchEye, Place
+from devices.readings.arrangement import GridCell, PatchEye
 from devices.readings.code_range import DRIVEN, PARTS, SURROUND, driven, part_faults
 from devices.readings.patch import Codes, Patch, PatchSet
 from documents import Finding
@@ -204,7 +204,7 @@ def crosstalk() -> PatchSet:
 
 def uniformity(rows: int = 3, columns: int = 3) -> PatchSet:
     """Return white in each cell of a grid over the screen, black around it."""
-    cells = [Place(row + 1, column + 1, rows, columns) for row in range(rows) for column in range(columns)]
+    cells = [GridCell(row + 1, column + 1, rows, columns) for row in range(rows) for column in range(columns)]
     patches = [Patch(f"white@r{place.row}c{place.column}", _COLOURS["white"], place=place) for place in cells]
     return _special("uniformity", patches, f"white at {rows} × {columns} places")
 
@@ -249,7 +249,7 @@ def warm_up_places(repeats: int = 7, every_s: float = 300.0) -> PatchSet:
     grey: Codes = (code, code, code)
     waits = {1: every_s, 2: 0.0, 3: 0.0}
     patches = [
-        Patch(f"gray120@warm-up-r2c{column}", grey, grey, place=Place(2, column), wait_s=wait_s)
+        Patch(f"gray120@warm-up-r2c{column}", grey, grey, place=GridCell(2, column), wait_s=wait_s)
         for column, wait_s in waits.items()
     ]
     source = f"a grey at three places {repeats} times, every {every_s:g} s"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from devices.compensation import Rectangle, Size
 from devices.display import Eye
 from devices.errors import MeasuringError
-from devices.readings import CodeTriple, Patch, PatchEye, Shown
+from devices.readings import CodeTriple, Patch, PatchEye, ShownPatch
 from runner.measuring.patch_screen import middle_of
 from runner.presenter.depth import code_texture, highest_code
 from runner.presenter.drawing import BLACK, BLUE, Painter
@@ -147,7 +147,7 @@ class CodeScreen:
         for _ in range(self._turns):
             self.redraw()
 
-    def show_patch(self, patch: Patch, eye: PatchEye) -> Shown:
+    def show_patch(self, patch: Patch, eye: PatchEye) -> ShownPatch:
         """Show ``patch`` in a measurement of ``eye``, and return what stands there; errors as `show`."""
         codes = EyeCodes.of_patch(patch, "both" if self.shared else eye)
         self.show(codes)
@@ -155,7 +155,7 @@ class CodeScreen:
         own, other = (codes.right, codes.left) if right else (codes.left, codes.right)
         area = next(area for area in self._areas() if ("right" if right else "left") in area.eyes)
         place = middle_of(area, self.surface.size_px) if patch.place is None else patch.place.centre
-        return Shown(own, None if self.shared else other, place)
+        return ShownPatch(own, None if self.shared else other, place)
 
     def say(self, words: str) -> None:
         """Show ``words`` to both eyes over the codes, until other ones come; none if they are empty."""

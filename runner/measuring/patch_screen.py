@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Size
 from devices.display import Eye, EyeModels
-from devices.readings import CodeTriple, Patch, PatchEye, Shown
+from devices.readings import CodeTriple, Patch, PatchEye, ShownPatch
 from documents.arrays import Floats
 from runner.presenter.depth import highest_code
 from runner.presenter.modes.mode import EyeArea, Mode
@@ -47,7 +47,7 @@ class PatchScreen(Protocol):
     def highest(self) -> int:
         """The code of full drive: 255 or 1023."""
 
-    def show_patch(self, patch: Patch, eye: PatchEye) -> Shown:
+    def show_patch(self, patch: Patch, eye: PatchEye) -> ShownPatch:
         """Show ``patch`` from now on in a measurement of ``eye``, and return what stands there."""
 
     def redraw(self) -> None:
@@ -87,7 +87,7 @@ class AskedScreen:
         """The code of full drive: 255 or 1023."""
         return highest_code(self.surface.bits)
 
-    def show_patch(self, patch: Patch, eye: PatchEye) -> Shown:
+    def show_patch(self, patch: Patch, eye: PatchEye) -> ShownPatch:
         """Show the colour asked under the patch's name, and return the codes read back at the middle of each view."""
         shown = patch.eye or eye
         self._items = (Picture(f"{shown}:{patch.name}"),)
@@ -96,7 +96,7 @@ class AskedScreen:
         other: Eye = "left" if own == "right" else "right"
         area = next(area for area in self._presenter.areas if own in area.eyes)
         place = middle_of(area, self.surface.size_px)
-        return Shown(self._middle(own), None if self._shared else self._middle(other), place, read_back=True)
+        return ShownPatch(self._middle(own), None if self._shared else self._middle(other), place, read_back=True)
 
     def redraw(self) -> None:
         """Show the patch again, to the next eye where they take turns."""

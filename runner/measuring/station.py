@@ -18,7 +18,7 @@ from devices.readings import (
     MeasurementLog,
     PatchEye,
     PatchSet,
-    Session,
+    ReadingRun,
     Step,
     Wiring,
     open_instrument,
@@ -61,7 +61,7 @@ class MeasurementReport(JsonResult):
     file: Path
     tables: tuple[Path, ...]
     outcome: Outcome
-    session: Session
+    session: ReadingRun
     json_keys: ClassVar = {"file": "measurement", "session.readings": "readings", "outcome": "*"}
     json_names: ClassVar = "file tables readings missing session.accepted outcome"
 
@@ -178,7 +178,7 @@ def measure(
     *,
     resume: bool = False,
     again: Sequence[str] = (),
-) -> tuple[Outcome, Session]:
+) -> tuple[Outcome, ReadingRun]:
     """Measure, with the readings in ``file``, and return how it went and all readings there are.
 
     With ``resume``, the measurement in ``file`` is resumed; ``again`` are labels of steps to read once more.
@@ -275,7 +275,7 @@ def table_read_with(loaded: Mapping[Eye, LoadedTable], eye: PatchEye) -> GammaTa
     return right if eye == "right" else left
 
 
-def _check_table(session: Session, now: GammaTable) -> None:
+def _check_table(session: ReadingRun, now: GammaTable) -> None:
     """Refuse to resume a measurement that began with another gamma table."""
     before = GammaTable.from_json(session.header.get("gamma_table", {"unknown": "the readings do not state it"}))
     if before.same_as(now) is False:
@@ -314,7 +314,7 @@ def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Ste
     }
 
 
-def _check_alike(session: Session, facts: Mapping[str, Any]) -> None:
+def _check_alike(session: ReadingRun, facts: Mapping[str, Any]) -> None:
     import json
 
     now = json.loads(json.dumps(facts))
@@ -327,7 +327,7 @@ def _check_alike(session: Session, facts: Mapping[str, Any]) -> None:
         raise MeasuringError(findings)
 
 
-def _chosen(session: Session, labels: Sequence[str]) -> tuple[Step, ...]:
+def _chosen(session: ReadingRun, labels: Sequence[str]) -> tuple[Step, ...]:
     known = {step.label: step for step in session.steps}
     findings = []
     for label in labels:

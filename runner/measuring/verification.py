@@ -21,9 +21,9 @@ from devices.readings import (
     Patch,
     PatchEye,
     PatchSet,
-    Session,
+    ReadingRun,
     Showing,
-    Shown,
+    ShownPatch,
     Simulated,
     SimulatedDisplay,
     asked_of,
@@ -215,7 +215,7 @@ def verify_display(options: VerifyOptions, dialogue: Dialogue | None = None) -> 
     return VerificationReport(file, outcome, judged, options.limit)
 
 
-def doubt_on_light(session: Session, model: DisplayModel) -> str:
+def doubt_on_light(session: ReadingRun, model: DisplayModel) -> str:
     """Return a sentence if black as read is nearer to the display's own than to it and the room's light; else none.
 
     The display file then has a light that was off while it was verified, and every dark colour comes out too dark.
@@ -249,7 +249,7 @@ def asked_XYZ(asked: tuple[AskedColour, ...], model: DisplayModel) -> Mapping[st
 
 
 def judge(
-    session: Session,
+    session: ReadingRun,
     asked: tuple[AskedColour, ...],
     display: SimulatedDisplay,
     eye: PatchEye,
@@ -302,10 +302,10 @@ def _read_for(kept: Kept, observer: str) -> Floats:
     return np.asarray(xyz_from_spectra(reading.spectrum, reading.wavelengths_nm, observer)[0])
 
 
-def _predicted(session: Session, kept: Kept, display: SimulatedDisplay, eye: PatchEye) -> Triple:
+def _predicted(session: ReadingRun, kept: Kept, display: SimulatedDisplay, eye: PatchEye) -> Triple:
     """Return what the display file says of the codes that stood on the screen while ``kept`` was read."""
     step = session.steps[kept.position]
-    shown = kept.shown or Shown(step.patch.codes, step.patch.codes if eye == "both" else (0.0, 0.0, 0.0))
+    shown = kept.shown or ShownPatch(step.patch.codes, step.patch.codes if eye == "both" else (0.0, 0.0, 0.0))
     showing = Showing(step.label, shown.own, 0, 0.0, shown.other, step.patch, shown.place)
     return Simulated(display, 0, _NO_FAULT, eye).read(showing).XYZ_cd_m2
 

@@ -38,7 +38,7 @@ class BufferPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class DrawPlan:
     """One frame: what to draw where, computed in advance; ``square`` is the photodiode's, white or black.
 
     It holds for as long as the pictures that it copies are held, the surface keeps its place, and its areas are so.
@@ -63,7 +63,7 @@ class Drawing:
         areas: Sequence[EyeArea],
         pictures: Mapping[Picture, PictureCodes],
         square: Rectangle | None = None,
-    ) -> Plan:
+    ) -> DrawPlan:
         """Return how to draw ``scene`` in ``areas``, all of one frame."""
         buffers = (
             BufferPlan(
@@ -76,9 +76,9 @@ class Drawing:
             )
             for buffer, own in _by_buffer(areas, stereo=self.surface.stereo).items()
         )
-        return Plan(tuple(buffers), square)
+        return DrawPlan(tuple(buffers), square)
 
-    def frame(self, plan: Plan, *, lit: bool) -> None:
+    def frame(self, plan: DrawPlan, *, lit: bool) -> None:
         """Draw a frame as planned, the photodiode's square ``lit`` or black."""
         for own in plan.buffers:
             target = self.surface.target(own.buffer)

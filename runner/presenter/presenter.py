@@ -12,7 +12,7 @@ from devices.display import Eye, EyeModels
 from documents import Finding
 from runner.presenter.counters import Counters, SwapLog, Work, missed_frames
 from runner.presenter.dithering import Dithering
-from runner.presenter.drawing import Drawing, Painter, Plan
+from runner.presenter.drawing import Drawing, DrawPlan, Painter
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.ground import Ground, Inks
 from runner.presenter.modes.mode import EyeArea, Mode
@@ -131,7 +131,7 @@ class Presenter:
         self._later: deque[PictureKey] = deque()
         self._filling: tuple[PictureKey, ...] = ()
         self._may_fill: Callable[[], bool] = lambda: True
-        self._plans: tuple[Plan, ...] = ()
+        self._plans: tuple[DrawPlan, ...] = ()
         self._plans_for: tuple[Scene, Size, tuple[int, int], int] | None = None
         self._lit = False
         self._pointer = Pointer(self.areas[0].view_px)
@@ -345,7 +345,7 @@ class Presenter:
         self._drawing.frame(self._planned(scene)[turn], lit=self._lit)
         self._raise_gl_error()
 
-    def _planned(self, scene: Scene) -> tuple[Plan, ...]:
+    def _planned(self, scene: Scene) -> tuple[DrawPlan, ...]:
         """Return the plan of each turn, which stays until the scene, the window's place or the held pictures change."""
         surface = self.surface
         if self._plans_for != (scene, surface.size_px, surface.position_px, self._work.total("evictions")):

@@ -38,7 +38,7 @@ class Viewing:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread(JsonResult):
+class BlockSpread(JsonResult):
     """Median, 2.5th and 97.5th percentile, and both ends of the blocks' disparities, in one unit."""
 
     median: float
@@ -48,7 +48,7 @@ class Spread(JsonResult):
     most: float
 
     @classmethod
-    def of(cls, values: Floats) -> Spread:
+    def of(cls, values: Floats) -> BlockSpread:
         """Return the spread of ``values`` (n,), n at least 1."""
         low, median, high = np.percentile(values, [PERCENTILES[0], 50.0, PERCENTILES[1]])
         return cls(float(median), float(low), float(high), float(values.min()), float(values.max()))
@@ -61,9 +61,9 @@ class DisparityReport(JsonResult):
     ``middle_px``, ``disparity_px`` and its ``standard_error_px``, (n, 2) each, across and down, are of the ``used``
     blocks alone, and so is ``false_alarm`` (n,), the chance that noise gives such a block: with the standard errors it
     says how much of the spread is the measurement's own. ``flat`` blocks have no texture, in ``uncertain``
-    ones nothing rises above noise. ``horizontal`` and ``vertical`` hold a `Spread` for each unit that is known: ``px``,
-    and with a `Viewing` ``mm`` and ``arcmin``; they are empty where no block was used. ``roll_scale`` is how far the
-    right view is turned or larger, None where too few blocks have a disparity.
+    ones nothing rises above noise. ``horizontal`` and ``vertical`` hold a `BlockSpread` for each unit that is known:
+    ``px``, and with a `Viewing` ``mm`` and ``arcmin``; they are empty where no block was used. ``roll_scale`` is how
+    far the right view is turned or larger, None where too few blocks have a disparity.
     """
 
     block_px: int
@@ -73,8 +73,8 @@ class DisparityReport(JsonResult):
     false_alarm: Floats
     flat: int
     uncertain: int
-    horizontal: Mapping[str, Spread]
-    vertical: Mapping[str, Spread]
+    horizontal: Mapping[str, BlockSpread]
+    vertical: Mapping[str, BlockSpread]
     roll_scale: RollScale | None
     json_names: ClassVar = "block_px blocks used flat uncertain median_standard_error_px horizontal vertical roll_scale"
 
@@ -199,18 +199,18 @@ class _Blocks:
 def _report(blocks: _Blocks, viewing: Viewing | None) -> DisparityReport:
     table = np.array(blocks.measured, dtype=np.float64).reshape(-1, 7)
     across, down = table[:, 2], table[:, 3]
-    horizontal: dict[str, Spread] = {}
-    vertical: dict[str, Spread] = {}
+    horizontal: dict[str, BlockSpread] = {}
+    vertical: dict[str, BlockSpread] = {}
     if len(table):
-        horizontal["px"], vertical["px"] = Spread.of(across), Spread.of(down)
+        horizontal["px"], vertical["px"] = BlockSpread.of(across), BlockSpread.of(down)
     if len(table) and viewing is not None:
         pitch, distance = viewing.pixel_pitch_mm, viewing.distance_mm
         horizontal["mm"], vertical["mm"] = (
-            Spread.of(mm_from_px(disparity_px, pitch)) for disparity_px in (across, down)
+            BlockSpread.of(mm_from_px(disparity_px, pitch)) for disparity_px in (across, down)
         )
         eyes = viewing.interpupillary_distance_mm
-        horizontal["arcmin"] = Spread.of(disparity_arcmin(across, pitch, distance, eyes))
-        vertical["arcmin"] = Spread.of(60.0 * visual_angle_deg(mm_from_px(down, pitch), distance))
+        horizontal["arcmin"] = BlockSpread.of(disparity_arcmin(across, pitch, distance, eyes))
+        vertical["arcmin"] = BlockSpread.of(60.0 * visual_angle_deg(mm_from_px(down, pitch), distance))
     return DisparityReport(
         blocks.block_px,
         table[:, :2],

@@ -29,7 +29,7 @@ LEAST_FRACTION_PX = 0.01
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Alignment:
+class PairAlignment:
     """An aligned pair: ``left`` and ``right``, float32 (height, width, 3), and what was done to them.
 
     ``shift_px`` and ``vertical_px`` are where the plane lay in the right view minus where it lay in the left one.
@@ -107,7 +107,7 @@ def align_pair(
     interpolation: Interpolation = "sinc",
     block_px: int = BLOCK_PX,
     viewing: Viewing | None = None,
-) -> Alignment:
+) -> PairAlignment:
     """Return the two views of a sample, aligned so that its plane has zero parallax, and cropped to what both show.
 
     Parameters
@@ -141,7 +141,7 @@ def align_pair(
 
     Returns
     -------
-    Alignment
+    PairAlignment
         Both views, the shift that was undone, its uncertainty, the disparities that are left, and the steps.
 
     Raises
@@ -212,7 +212,7 @@ def align_pair(
         _interpolated(fraction, interpolation, negative),
         {"step": "disparity", **disparity.to_json()},
     )
-    return Alignment(pictures[0], pictures[1], shift[0], shift[1], residual, crop, disparity, steps)
+    return PairAlignment(pictures[0], pictures[1], shift[0], shift[1], residual, crop, disparity, steps)
 
 
 def _crops(

@@ -17,7 +17,7 @@ from documents.arrays import Floats32
 from documents.text import JsonResult
 from stimuli.align.phase import LEAST_AGREEMENT, Peak, agreement, correlation, find_peak, hann
 from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
-from stimuli.align.subpixel import MARGIN_PX, MOST_PIXELS, Fit, refine
+from stimuli.align.subpixel import MARGIN_PX, MOST_PIXELS, ShiftFit, refine
 from stimuli.errors import StimulusError
 
 # Accepted by chance less than once in a million pairs that have nothing in common.
@@ -160,7 +160,7 @@ def register_planes(
 
 def refine_within(
     reference: Floats32, moving: Floats32, place: Region, start_px: tuple[float, float], most_pixels: int = MOST_PIXELS
-) -> Fit:
+) -> ShiftFit:
     """Refine the shift of two textures (height, width) from ``start_px`` on, by what lies in ``place`` alone.
 
     Interpolation looks a few pixels beyond ``place``, where there are any. Along the pictures' own edges, where the

@@ -13,6 +13,7 @@ err together.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,23 +27,24 @@ MOST_PIXELS = 2**22
 MOST_STEPS = 20
 _ENOUGH_PX = 1e-4
 _BAND_ROWS = 128
+_Pair: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class ShiftFit:
     """A shift across and down in pixels, its standard errors, and the textures' correlation at it (0 where none).
 
     ``converged`` is false where the steps did not end or led away from where they began.
     """
 
-    shift_px: tuple[float, float]
-    standard_error_px: tuple[float, float]
+    shift_px: _Pair
+    standard_error_px: _Pair
     correlation: float
     steps: int
     converged: bool
 
 
-def refine(reference: Floats32, moving: Floats32, start_px: tuple[float, float], most_pixels: int = MOST_PIXELS) -> Fit:
+def refine(reference: Floats32, moving: Floats32, start_px: _Pair, most_pixels: int = MOST_PIXELS) -> ShiftFit:
     """Return the shift of ``moving`` against ``reference``, textures (height, width), near ``start_px``.
 
     Of pictures larger than ``most_pixels``, bands of rows spread evenly over the height stand for the whole.
@@ -52,31 +54,30 @@ def refine(reference: Floats32, moving: Floats32, start_px: tuple[float, float],
     left, right = max(0, -whole[0]), min(width, width - whole[0])
     top, bottom = max(0, -whole[1]), min(height, height - whole[1])
     if min(right - left, bottom - top) <= 2 * MARGIN_PX + 4:
-        return Fit(start_px, (np.inf, np.inf), 0.0, 0, False)
+        return ShiftFit(start_px, (np.inf, np.inf), 0.0, 0, False)
     fixed = reference[top:bottom, left:right]
     shifted = moving[top + whole[1] : bottom + whole[1], left + whole[0] : right + whole[0]]
     fraction = np.array(start_px) - whole
     bands = _bands(fixed.shape, most_pixels)
-    step, ended = 0, False
-    while True:
-        step += 1
-        sums = _Sums.over(fixed, shifted, fraction, bands)
+    for step in range(1, MOST_STEPS + 1):
+        sums = _FitSums.over(fixed, shifted, fraction, bands)
         if sums is None or np.linalg.cond(sums.hessian) > 1e12:
-            return Fit(start_px, (np.inf, np.inf), 0.0, step, False)
+            return ShiftFit(start_px, (np.inf, np.inf), 0.0, step, False)
         move = np.linalg.solve(sums.hessian, sums.gradient)[:2]
         longest = float(np.abs(move).max())
         fraction = fraction + move * min(1.0, 0.7 / max(longest, 1e-12))
         ended = longest < _ENOUGH_PX
-        if ended or step == MOST_STEPS or np.abs(fraction).max() > 2.0:
+        if ended or np.abs(fraction).max() > 2.0:
             break
+    assert sums is not None
     error = sums.standard_error()
     inside = bool(np.abs(fraction - (np.array(start_px) - whole)).max() <= 1.5)
     shift = (float(whole[0] + fraction[0]), float(whole[1] + fraction[1]))
-    return Fit(shift, (float(error[0]), float(error[1])), sums.correlation, step, ended and inside)
+    return ShiftFit(shift, (float(error[0]), float(error[1])), sums.correlation, step, ended and inside)
 
 
 @dataclass(frozen=True, slots=True)
-class _Sums:
+class _FitSums:
     """The normal equations of one step: shift across and down, gain, offset."""
 
     hessian: Floats
@@ -87,7 +88,7 @@ class _Sums:
     @classmethod
     def over(
         cls, reference: Floats32, moving: Floats32, fraction: Floats, bands: tuple[tuple[int, int], ...]
-    ) -> _Sums | None:
+    ) -> _FitSums | None:
         taps = [_blurred(weights(float(component) / 2)) for component in fraction]
         back = [one[::-1] for one in taps]
         moved = [(_half(reference[a:b], back), _half(moving[a:b], taps)) for a, b in bands]

@@ -45,7 +45,7 @@ class Ratios:
 
 
 @dataclass(frozen=True, slots=True)
-class Place(JsonResult):
+class MovedPart(JsonResult):
     """A part of the upright picture in which something moved, in pixels, and between which photographs."""
 
     x_px: int
@@ -173,7 +173,7 @@ def where_moved(
     compared: Sequence[Compared],
     refuse: bool,
     reference: str,
-) -> list[Place]:
+) -> list[MovedPart]:
     """Return the places in which something moved, the largest first; InputError if that is refused or too much."""
     for number, (moved, pair) in enumerate(zip(blocks, compared, strict=True)):
         of = np.count_nonzero(pair.count > 0)
@@ -206,7 +206,7 @@ def where_moved(
     return places
 
 
-def _places(shots: Sequence[Shot], number: int, moved: Mask) -> list[Place]:
+def _places(shots: Sequence[Shot], number: int, moved: Mask) -> list[MovedPart]:
     from scipy.ndimage import find_objects, label
 
     flip = shots[0].sensor.flip
@@ -219,6 +219,6 @@ def _places(shots: Sequence[Shot], number: int, moved: Mask) -> list[Place]:
     for rows, columns in find_objects(labels):
         x, y = columns.start * BLOCK_PX, rows.start * BLOCK_PX
         places.append(
-            Place(x, y, min(columns.stop * BLOCK_PX, width) - x, min(rows.stop * BLOCK_PX, height) - y, between)
+            MovedPart(x, y, min(columns.stop * BLOCK_PX, width) - x, min(rows.stop * BLOCK_PX, height) - y, between)
         )
     return places

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from documents.arrays import Floats
-from stimuli.align.disparity import FALSE_ALARM, DisparityReport, Spread, measure_disparity
+from stimuli.align.disparity import FALSE_ALARM, BlockSpread, DisparityReport, measure_disparity
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.roll_scale import fit_roll_scale
 from stimuli.comparison.eye_identity import ViewPair, local_contrast
@@ -90,7 +90,7 @@ def register_views(views: ViewPair, side: int) -> DisparityReport:
     if not report.used:
         return report
     disparity = report.disparity_px + [shift, 0]
-    return replace(report, disparity_px=disparity, horizontal={"px": Spread.of(disparity[:, 0])})
+    return replace(report, disparity_px=disparity, horizontal={"px": BlockSpread.of(disparity[:, 0])})
 
 
 def kept_squares(report: DisparityReport, counted: Mask) -> Disparities:

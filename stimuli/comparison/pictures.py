@@ -155,7 +155,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     from stimuli.pictures.exr_read import Decoding, read_exr_counted
     from stimuli.pictures.region import Region
 
-    decoding = Decoding(given if given in ("xyz", "rec709") else "declared", negative="clip")
+    space = given if given in ("xyz", "rec709") else "declared"
     width, height = _exr_size(path)
     views: dict[AnyEye, RowFile] = {}
     turn = Lock()
@@ -164,7 +164,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
         """Put the rows into the views' files; return how many pixels were clipped, and whose XYZ they are."""
         part = Region(0, band.start, width, band.stop - band.start)
         try:
-            read = read_exr_counted(path, decoding, region=part)
+            read = read_exr_counted(path, Decoding(space, negative="clip"), region=part)
         except StimulusError as error:
             raise _in_rows(error, band, height) from error
         eyes: tuple[AnyEye, ...] = ("both",) if read.image.is_flat else ("left", "right")
@@ -179,12 +179,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     parts = over_bands(read_band, (height, width), done)
     clipped, observer = sum(pixels for pixels, _ in parts), parts[-1][1]
     notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
-    step = {
-        "step": "read",
-        "file": path.name,
-        "colour_space": decoding.colour_space,
-        "negative_pixels_set_to_0": clipped,
-    }
+    step = {"step": "read", "file": path.name, "colour_space": space, "negative_pixels_set_to_0": clipped}
     eye_views: dict[AnyEye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}
     return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,), observer)
 

@@ -25,7 +25,7 @@ from stimuli.comparison.sharpness import blurred
 from stimuli.comparison.verdict import Limits, Outcome, Reason
 from stimuli.pictures.rows import Mask, RowFile, bands
 from stimuli.sparkle.measures.find import Peaks, Threshold
-from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles, mutual_nearest
+from stimuli.sparkle.measures.measure import SparkleMeasures, Uncertain, measure_sparkles, mutual_nearest
 
 # Less is no turn and no growth.
 _TURNED_DEG, _GROWN = 1e-6, 1e-6
@@ -207,7 +207,7 @@ def _filled(picture: RowFile, rows: slice, columns: slice, mask: Mask) -> Floats
 
 
 def _pair(
-    measure: str, photo: Estimate, rendering: Estimate, unit: str, where: str, difference_se: float | None = None
+    measure: str, photo: Uncertain, rendering: Uncertain, unit: str, where: str, difference_se: float | None = None
 ) -> SparklePair:
     return SparklePair(measure, photo.value, photo.se, rendering.value, rendering.se, unit, where, difference_se)
 

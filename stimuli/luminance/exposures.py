@@ -26,7 +26,7 @@ from stimuli.luminance.scale import factor_to
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 from stimuli.sparkle.measures.background import local_background
 from stimuli.sparkle.measures.find import Threshold, find_peaks
-from stimuli.sparkle.measures.measure import Estimate, measure_sparkles
+from stimuli.sparkle.measures.measure import Uncertain, measure_sparkles
 
 Luminance = NDArray[np.float32]
 _ROWS = 64
@@ -37,9 +37,9 @@ _WINDOW_PX = 64
 class SparkleContrast(JsonResult):
     """Means over all sparkles, with standard errors: luminance in cd/m², that of the background, Weber contrast."""
 
-    sparkle_cd_m2: Estimate
-    background_cd_m2: Estimate
-    contrast: Estimate
+    sparkle_cd_m2: Uncertain
+    background_cd_m2: Uncertain
+    contrast: Uncertain
     json_keys: ClassVar = {"contrast": "weber_contrast"}
 
 
@@ -58,7 +58,7 @@ class ExposureRow(JsonResult):
     max_cd_m2: float
     as_photographed: SparkleContrast
     as_shown: SparkleContrast | None
-    width_px: Estimate
+    width_px: Uncertain
     json_keys: ClassVar = {
         "mean_cd_m2": "mean_luminance_cd_m2",
         "max_cd_m2": "max_luminance_cd_m2",
@@ -197,11 +197,11 @@ def _contrast(luminance: Luminance, row: NDArray[np.int64], column: NDArray[np.i
     return SparkleContrast(_mean(sparkle), _mean(background), _mean(weber))
 
 
-def _mean(values: NDArray[np.float64]) -> Estimate:
+def _mean(values: NDArray[np.float64]) -> Uncertain:
     if not len(values):
-        return Estimate(float("nan"), float("nan"))
+        return Uncertain(float("nan"), float("nan"))
     se = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("nan")
-    return Estimate(float(values.mean()), se)
+    return Uncertain(float(values.mean()), se)
 
 
 def _shown(xyz: XYZImage, factor: float, model: DisplayModel) -> Luminance:

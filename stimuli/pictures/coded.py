@@ -183,7 +183,7 @@ def decoded(codes: Codes, light: NDArray[np.float64], matrix: NDArray[np.float64
     Of a ``matrix`` (1, 3), its one channel, (height, width, 1).
 
     A table for each channel and a matrix in single precision, some rows at a time: within 5e-7 of the value of
-    `stimuli.pictures.colour_spaces.Encoding.xyz` in double precision.
+    `stimuli.pictures.colour_spaces.ColourEncoding.xyz` in double precision.
     """
     import cv2
 

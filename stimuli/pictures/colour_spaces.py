@@ -51,7 +51,7 @@ _SAME_MATRIX, _SAME_CURVE = 2e-3, 1e-3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Encoding:
+class ColourEncoding:
     """From codes in 0..1 to XYZ with the white at Y = 1: a curve for each channel, then ``matrix``, shape (3, 3).
 
     ``table`` takes the place of both in a profile that has tables only: from codes (n, 3) to XYZ (n, 3).
@@ -87,13 +87,13 @@ def primaries_of(name: NamedSpace) -> tuple[tuple[float, float], ...]:
 
 
 @cache
-def named_encoding(name: NamedSpace) -> Encoding:
+def named_encoding(name: NamedSpace) -> ColourEncoding:
     """Return the encoding of a named colour space."""
     primaries, curve = _SPACES[name]
-    return Encoding(name, rgb_to_xyz_matrix(*primaries, D65_XY), (curve, curve, curve))
+    return ColourEncoding(name, rgb_to_xyz_matrix(*primaries, D65_XY), (curve, curve, curve))
 
 
-def embedded_encoding(data: bytes, path: Path) -> Encoding:
+def embedded_encoding(data: bytes, path: Path) -> ColourEncoding:
     """Return the encoding of an ICC profile embedded in the picture at ``path``: exact of matrix and curves.
 
     Raises
@@ -111,12 +111,12 @@ def embedded_encoding(data: bytes, path: Path) -> Encoding:
         raise StimulusError.at(path, what, remedy) from error
     if read.matrix is None:
         linear = _power(1.0)
-        return Encoding("icc", np.eye(3), (linear, linear, linear), read.xyz)
+        return ColourEncoding("icc", np.eye(3), (linear, linear, linear), read.xyz)
     red, green, blue = read.curves
-    return Encoding("icc", read.matrix, (red, green, blue))
+    return ColourEncoding("icc", read.matrix, (red, green, blue))
 
 
-def same_space(encoding: Encoding) -> NamedSpace | None:
+def same_space(encoding: ColourEncoding) -> NamedSpace | None:
     """Return the named colour space that an encoding is, within a profile's roundings; None if it is another."""
     if encoding.table is not None:
         return None

@@ -11,7 +11,7 @@ from pathlib import Path
 from documents import Finding
 from documents.files import no_file_name
 from stimuli.errors import StimulusError
-from stimuli.pictures.colour_spaces import Encoding, embedded_encoding, same_space
+from stimuli.pictures.colour_spaces import ColourEncoding, embedded_encoding, same_space
 from stimuli.pictures.packing import Packing, eye_size_px, without_packing, words_of
 from stimuli.pictures.picture_header import PictureHeader, is_ordinary, read_header
 from stimuli.pictures.stereo_image import Eye
@@ -253,7 +253,7 @@ def _same_names(pictures: Sequence[FoundPicture]) -> Iterator[Finding]:
             yield Finding(message, str(files[1]), remedy="rename one")
 
 
-def declared_space(header: PictureHeader, own: Encoding | None) -> tuple[str | None, list[tuple[str, str]]]:
+def declared_space(header: PictureHeader, own: ColourEncoding | None) -> tuple[str | None, list[tuple[str, str]]]:
     """Return the colour space that a file with the profile ``own`` declares, and the fault and remedy if it states two.
 
     A name, ``icc`` for a profile that is no named space, or None. A JPEG's profile stands above EXIF, which hardly any

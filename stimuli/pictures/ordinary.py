@@ -18,7 +18,7 @@ from documents import Finding
 from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.coded import CodedPicture
-from stimuli.pictures.colour_spaces import NAMED_SPACES, Encoding, embedded_encoding, named_encoding, same_space
+from stimuli.pictures.colour_spaces import NAMED_SPACES, ColourEncoding, embedded_encoding, named_encoding, same_space
 from stimuli.pictures.exr_read import Decoding
 from stimuli.pictures.find import declared_space
 from stimuli.pictures.own_files import OwnFiles, decoded_eyes, own_files, stamps
@@ -60,7 +60,7 @@ class _Plan:
     """What the headers of a picture's files show: how its codes become light, and where its eyes are."""
 
     headers: tuple[PictureHeader, ...]
-    encoding: Encoding
+    encoding: ColourEncoding
     packing: Packing | None
 
     @property
@@ -203,7 +203,7 @@ def region_of(pixels: NDArray[Any], part: Part) -> tuple[slice, slice]:
 
 
 def light_of(
-    codes: Pixels, encoding: Encoding, white: float, background_cd_m2: float, negative: str, path: Path
+    codes: Pixels, encoding: ColourEncoding, white: float, background_cd_m2: float, negative: str, path: Path
 ) -> tuple[XYZImage, int]:
     """Return XYZ in cd/m² of codes of any kind, alpha composed in linear light, and how many pixels were clipped."""
     height, width, channels = codes.shape
@@ -235,7 +235,7 @@ def light_of(
     return (np.maximum(out, np.float32(0)), below) if below else (out, 0)
 
 
-def encoding_of(header: PictureHeader, decoding: Decoding) -> Encoding:
+def encoding_of(header: PictureHeader, decoding: Decoding) -> ColourEncoding:
     """Return how the codes of a file become light; StimulusError if it is not known, or stated in two ways."""
     asked = None if decoding.colour_space == "declared" else decoding.colour_space
     faults: list[tuple[str, str]] = []
@@ -287,21 +287,21 @@ def encoding_of(header: PictureHeader, decoding: Decoding) -> Encoding:
     return _checked(encoding, header, faults)
 
 
-def _checked(encoding: Encoding | None, header: PictureHeader, faults: list[tuple[str, str]]) -> Encoding:
+def _checked(encoding: ColourEncoding | None, header: PictureHeader, faults: list[tuple[str, str]]) -> ColourEncoding:
     if encoding is None or faults:
         raise StimulusError([Finding(message, str(header.path), remedy=remedy) for message, remedy in faults])
     return encoding
 
 
-def _linear_encoding(name: str | None) -> Encoding:
+def _linear_encoding(name: str | None) -> ColourEncoding:
     def same(code: Any) -> NDArray[np.float64]:
         return np.asarray(code, dtype=np.float64)
 
     matrix = np.eye(3) if name == "xyz" else named_encoding("srgb").matrix
-    return Encoding(str(name), matrix, (same, same, same))
+    return ColourEncoding(str(name), matrix, (same, same, same))
 
 
-def _alike(one: Encoding, other: Encoding) -> bool:
+def _alike(one: ColourEncoding, other: ColourEncoding) -> bool:
     codes = np.linspace(0.0, 1.0, 5)[:, None] * np.eye(3)[np.arange(5) % 3]
     return bool(np.allclose(one.xyz(codes), other.xyz(codes), rtol=0, atol=1e-6))
 

@@ -22,13 +22,13 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.colour_spaces import NAMED_SPACES, named_encoding
 from stimuli.pictures.stereo_image import Eye, View
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
+from stimuli.recipes.recipe_kind import RecipeFault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.steps_spec import StepsSpec
 from stimuli.recipes.values import MAX_STIMULI, Name, SeriesSpec, SeriesSpecs, Step
 
 if TYPE_CHECKING:
     from stimuli.recipes.picture_steps import Prepared
-    from stimuli.recipes.view_sources import Source
+    from stimuli.recipes.view_sources import ViewSource
 
 # Where the steps between the codes of 8 bits will be seen as bands: in pictures that were brightened.
 #
@@ -122,7 +122,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
         """Return the stimuli as the recipe lists them."""
 
     @abstractmethod
-    def source(self, stimulus: int, folder: Path) -> Source:
+    def source(self, stimulus: int, folder: Path) -> ViewSource:
         """Return the reader of the views of stimulus number ``stimulus``, from 0; paths are relative to ``folder``."""
 
     def shared_files(self) -> dict[str, Path_]:
@@ -157,7 +157,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
         """Return each stimulus's image, series, view and the factors that the recipe gives it."""
         return {picture.name: picture.factors for picture in self.pictures()}
 
-    def faults(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[RecipeFault]:
         """Yield names and views that stand twice or meet, and too many pictures."""
         names = [spec.name for spec in self.specs()]
         yield from twin_names(names, "stimuli")
@@ -169,10 +169,10 @@ class FilesRecipe(RecipeKind, StepsSpec):
             for parts in product(names, series or ("",), self.views or ("",))
         ]
         if len(made) > MAX_STIMULI:
-            yield Fault(("stimuli",), f"these are {len(made)} pictures", f"a recipe makes {MAX_STIMULI} at most")
+            yield RecipeFault(("stimuli",), f"these are {len(made)} pictures", f"a recipe makes {MAX_STIMULI} at most")
         for name, count in sorted(Counter(made).items()):
             if count > 1 and series:
-                yield Fault(("series",), f"two pictures would be called '{name}'", "give one another name")
+                yield RecipeFault(("series",), f"two pictures would be called '{name}'", "give one another name")
 
     def inputs(self) -> dict[str, Path_]:
         """Return each file that the recipe names, with the place in it that names it first."""

@@ -16,12 +16,12 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
-from stimuli.recipes.recipe_kind import Fault
+from stimuli.recipes.recipe_kind import RecipeFault
 from stimuli.recipes.values import MAX_STIMULI, DevelopSpec, InsideFile, SpectralSpec, relative_path
 
 if TYPE_CHECKING:
     from devices.camera import CameraModel
-    from stimuli.recipes.view_sources import Source, ViewReader
+    from stimuli.recipes.view_sources import ViewReader, ViewSource
 
 VIEW_KEYS = ("left", "right", "center")
 
@@ -132,7 +132,7 @@ class PhotographsRecipe(FilesRecipe):
         files = [context.file_hashes[file] for file in self.shared_files()]
         return {**super().shared_key(context), **develop, "files": files}
 
-    def faults(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[RecipeFault]:
         """Yield names and views that stand twice or meet, and stimuli without a view that they are shown in."""
         yield from super().faults()
         for index, spec in enumerate(self.stimuli):
@@ -140,7 +140,7 @@ class PhotographsRecipe(FilesRecipe):
             missing = [key for view in self.views or (None,) if (key := spec.missing(view))]
             for key in missing:
                 if key == "flat_eye":
-                    yield Fault(
+                    yield RecipeFault(
                         place,
                         f"there is no centre view for the flat version of '{spec.name}'",
                         "name an eye as flat_eye, or the file of the view center",
@@ -148,14 +148,14 @@ class PhotographsRecipe(FilesRecipe):
                 else:
                     other = "right" if key == "left" else "left"
                     remedy = f"name its file, or show the stimulus flat: views: [flat], flat_eye: {other}"
-                    yield Fault(place, f"'{spec.name}' has no view '{key}'", remedy)
+                    yield RecipeFault(place, f"'{spec.name}' has no view '{key}'", remedy)
             steps = spec.steps_over(self)
             eye = spec.missing("stereo")
             if (steps.align or steps.toe_in) and eye and not missing:
                 message = f"'{spec.name}' is to be aligned, and has no view '{eye}'"
-                yield Fault(place, message, "name left and right: one view alone is not aligned")
+                yield RecipeFault(place, message, "name left and right: one view alone is not aligned")
 
-    def source(self, stimulus: int, folder: Path) -> Source:
+    def source(self, stimulus: int, folder: Path) -> ViewSource:
         """Return the reader of a stimulus's views."""
         from stimuli.recipes.view_sources import DECLARED, FilePerView, MultiViewFile
 

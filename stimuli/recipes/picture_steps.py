@@ -17,7 +17,7 @@ import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.align.disparity import Viewing
-from stimuli.align.pair import Alignment, align_pair
+from stimuli.align.pair import PairAlignment, align_pair
 from stimuli.align.planes import Region
 from stimuli.align.straightening import straighten
 from stimuli.align.toe_in import focal_px, rectify_toe_in
@@ -39,7 +39,7 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, View, XYZImage
 from stimuli.recipes.build_context import DisplaySetup
 from stimuli.recipes.steps_spec import AdaptSpec, CropSpec, LuminanceSpec, ResampleSpec, StepsSpec
 from stimuli.recipes.values import SeriesSpec, Step
-from stimuli.recipes.view_sources import MultiViewFile, Source, StoredPicture
+from stimuli.recipes.view_sources import MultiViewFile, StoredPicture, ViewSource
 
 if TYPE_CHECKING:
     from stimuli.recipes.banded_picture import BandedPicture
@@ -52,7 +52,7 @@ class _Pair:
     ``crop`` is the part of the views that the left one was cropped to when it was straightened.
     """
 
-    alignment: Alignment
+    alignment: PairAlignment
     left: XYZImage | None
     crop: Region
     steps: tuple[Step, ...]
@@ -66,7 +66,7 @@ class Prepared:
 
     def __init__(
         self,
-        source: Source,
+        source: ViewSource,
         steps: StepsSpec,
         flat_eye: Eye | None,
         pixel_pitch_mm: float,

@@ -17,11 +17,11 @@ from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
-from stimuli.recipes.recipe_kind import Fault
+from stimuli.recipes.recipe_kind import RecipeFault
 from stimuli.recipes.values import MAX_STIMULI, InsideFile
 
 if TYPE_CHECKING:
-    from stimuli.recipes.view_sources import Source
+    from stimuli.recipes.view_sources import ViewSource
 
 
 class LightSpec(Strict):
@@ -113,23 +113,23 @@ class PicturesRecipe(FilesRecipe, LightSpec):
         """Return the versions of the libraries that decode its ordinary pictures, if it has any."""
         return {"decoders": decoders()} if any(spec.is_ordinary for spec in self.stimuli) else {}
 
-    def faults(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[RecipeFault]:
         """Yield names and views that stand twice or meet, too many pictures, and a view that is given twice."""
         yield from super().faults()
         for index, picture in enumerate(self.stimuli):
             if self.views and picture.view:
                 message = "'views' already says how each picture is shown"
-                yield Fault(("stimuli", index, "view"), message, "keep one of the two")
+                yield RecipeFault(("stimuli", index, "view"), message, "keep one of the two")
             flat = "flat" in (self.views or (picture.view,))
             if picture.left and flat and picture.flat_eye is None:
                 message = f"there is no centre view for the flat version of '{picture.name}'"
-                yield Fault(("stimuli", index, "name"), message, "name an eye as flat_eye: left, or right")
+                yield RecipeFault(("stimuli", index, "name"), message, "name an eye as flat_eye: left, or right")
         bright = [spec.name for spec in self.stimuli if spec.is_ordinary and not self._has_white(spec)]
         if bright:
             others = f" and {len(bright) - 1} more" if len(bright) > 1 else ""
             message = f"the luminance of the white of '{bright[0]}'{others} is not given"
             remedy = "write white_luminance_cd_m2: 100 above 'stimuli', or that of your display's white"
-            yield Fault(("stimuli",), message, remedy)
+            yield RecipeFault(("stimuli",), message, remedy)
 
     def _has_white(self, spec: PictureSpec) -> bool:
         light = self.light(spec)
@@ -159,7 +159,7 @@ class PicturesRecipe(FilesRecipe, LightSpec):
     def _decoding(self, spec: PictureSpec) -> Decoding:
         return Decoding(**self.light(spec).model_dump(), negative=spec.negative)
 
-    def source(self, stimulus: int, folder: Path) -> Source:
+    def source(self, stimulus: int, folder: Path) -> ViewSource:
         """Return the reader of a stimulus's views."""
         from stimuli.recipes.view_sources import FilePerView, MultiViewFile, OrdinaryFiles, exr_reader
 

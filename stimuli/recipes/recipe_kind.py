@@ -20,7 +20,7 @@ from stimuli.recipes.values import SparklesSpec, Views
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class RecipeFault:
     """A fault, the place of the value at fault in the recipe, and what would be right."""
 
     location: Path_
@@ -58,7 +58,7 @@ class RecipeKind(Strict):
         return {} if self.observer == DEFAULT_OBSERVER else {"observer": str(self.observer)}
 
     @abstractmethod
-    def faults(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[RecipeFault]:
         """Yield the faults that the schema does not check."""
 
     def inputs(self) -> dict[str, Path_]:
@@ -105,7 +105,7 @@ def stimulus_name(name: str, view: str | None) -> str:
     return f"{name}-{view}" if view else name
 
 
-def twin_names(names: Iterable[str], *location: str) -> Iterator[Fault]:
+def twin_names(names: Iterable[str], *location: str) -> Iterator[RecipeFault]:
     """Yield each name in the list at ``location`` that stands there before.
 
     Names become file names, and some file systems do not distinguish A from a.
@@ -113,11 +113,11 @@ def twin_names(names: Iterable[str], *location: str) -> Iterator[Fault]:
     seen: set[str] = set()
     for index, name in enumerate(names):
         if name.casefold() in seen:
-            yield Fault((*location, index, "name"), f"the name '{name}' stands twice", "give it another")
+            yield RecipeFault((*location, index, "name"), f"the name '{name}' stands twice", "give it another")
         seen.add(name.casefold())
 
 
-def twin_views(views: Sequence[str] | None) -> Iterator[Fault]:
+def twin_views(views: Sequence[str] | None) -> Iterator[RecipeFault]:
     """Yield a fault if a view stands twice."""
     if views and len(set(views)) != len(views):
-        yield Fault(("views",), "a view stands twice", "keep one")
+        yield RecipeFault(("views",), "a view stands twice", "keep one")

@@ -12,9 +12,9 @@ from pydantic import Field
 from documents.yaml import Path_, Positive, Strict
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
+from stimuli.recipes.recipe_kind import RecipeFault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, Views
-from stimuli.sparkle.recipe import FurtherLamps, PlateSpec
+from stimuli.sparkle.recipe import FurtherLamps, PaintedPlateSpec
 from stimuli.sparkle.scene import Camera, Lamp
 
 # What a plate may ask for: either takes a few GB of memory.
@@ -22,7 +22,7 @@ MAX_FLAKES = 50_000_000
 MAX_CAMERA_PIXELS = 100_000_000
 
 
-class ExposureSpec(Strict):
+class ShotSpec(Strict):
     """One photograph: exposed for so long, then all its XYZ multiplied."""
 
     name: Name
@@ -38,7 +38,7 @@ class SparkleRecipe(RecipeKind):
 
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     """The seed of all random orders."""
-    plate: PlateSpec
+    plate: PaintedPlateSpec
     """The plate; in a series, what all plates share."""
     lamp: Lamp
     """The lamp."""
@@ -54,7 +54,7 @@ class SparklePlateRecipe(SparkleRecipe):
     kind: Literal["sparkle_plate"]
     views: Views = ("stereo", "flat")
     """The views that every stimulus is made in: stereo, flat or both."""
-    stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
+    stimuli: Annotated[tuple[ShotSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
     """The photographs of the plate, by exposure."""
 
     def factors(self) -> dict[str, Factors]:
@@ -69,7 +69,7 @@ class SparklePlateRecipe(SparkleRecipe):
             for stimulus, view in product(self.stimuli, self.views)
         }
 
-    def faults(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[RecipeFault]:
         """Yield names and views that stand twice, and what of the plate cannot be rendered."""
         yield from twin_names((stimulus.name for stimulus in self.stimuli), "stimuli")
         yield from twin_views(self.views)
@@ -121,24 +121,26 @@ class SparklePlateRecipe(SparkleRecipe):
         report("done", len(wanted), len(wanted))
 
 
-def too_large(plate: PlateSpec, camera: Camera, flakes: Path_ = ("plate", "flakes")) -> Iterator[Fault]:
+def too_large(plate: PaintedPlateSpec, camera: Camera, flakes: Path_ = ("plate", "flakes")) -> Iterator[RecipeFault]:
     """Yield what of the plate would not fit into memory; the place of its flakes in the recipe is ``flakes``."""
     area_mm2 = plate.size_mm[0] * plate.size_mm[1]
     if area_mm2 * plate.flakes.per_mm2 > MAX_FLAKES:
-        yield Fault(
+        yield RecipeFault(
             (*flakes, "per_mm2"),
             f"the plate has more than {MAX_FLAKES // 10**6} million flakes",
             "make it smaller or its flakes fewer",
         )
     if area_mm2 * camera.resolution_px_per_mm**2 > MAX_CAMERA_PIXELS:
-        yield Fault(
+        yield RecipeFault(
             ("camera", "resolution_px_per_mm"),
             f"the plate covers more than {MAX_CAMERA_PIXELS // 10**6} million camera pixels",
             "make it smaller or the resolution lower",
         )
 
 
-def without_spectra(plates: Iterable[PlateSpec], lamp: Lamp, further_lamps: Iterable[Lamp]) -> Iterator[Fault]:
+def without_spectra(
+    plates: Iterable[PaintedPlateSpec], lamp: Lamp, further_lamps: Iterable[Lamp]
+) -> Iterator[RecipeFault]:
     """Yield each lamp that is a chromaticity where a plate has a spectrum: no colour follows from the two."""
     if not any(plate.base.spectrum or plate.flakes.spectrum for plate in plates):
         return
@@ -147,4 +149,4 @@ def without_spectra(plates: Iterable[PlateSpec], lamp: Lamp, further_lamps: Iter
     for place, colour in places:
         if not colour.is_spectral:
             message = "the plate has a spectrum, and this lamp has none"
-            yield Fault((*place, "chromaticity_xy"), message, "give it a temperature_K or a spectrum")
+            yield RecipeFault((*place, "chromaticity_xy"), message, "give it a temperature_K or a spectrum")

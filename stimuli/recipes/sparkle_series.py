@@ -21,10 +21,10 @@ from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, stimulus_name, twin_names, twin_views
+from stimuli.recipes.recipe_kind import RecipeFault, stimulus_name, twin_names, twin_views
 from stimuli.recipes.sparkle_plate import SparkleRecipe, too_large, without_spectra
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, SeriesSpec, SeriesSpecs
-from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, PlateSpec
+from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, PaintedPlateSpec
 
 if TYPE_CHECKING:
     from stimuli.sparkle.studio import Studio
@@ -70,9 +70,9 @@ class NamedPlateSpec(Strict):
         """
         return FlakesSpec.model_validate({**shared.model_dump(), **self.flakes.model_dump(exclude_none=True)})
 
-    def over(self, shared: PlateSpec) -> PlateSpec:
+    def over(self, shared: PaintedPlateSpec) -> PaintedPlateSpec:
         """Return the plate ``shared`` with this plate's changes; raises as `flakes_over` does."""
-        return PlateSpec(
+        return PaintedPlateSpec(
             size_mm=shared.size_mm,
             coat_refractive_index=self.coat_refractive_index or shared.coat_refractive_index,
             coat_extinction_per_mm=shared.coat_extinction_per_mm,
@@ -136,7 +136,7 @@ class SparkleSeriesRecipe(SparkleRecipe):
         """Return each stimulus's paint, series, exposure and view."""
         return {picture.name: picture.factors for picture in self.pictures()}
 
-    def faults(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[RecipeFault]:
         """Yield names that stand twice or meet, too many pictures, and what of the plates cannot be rendered."""
         yield from twin_views(self.views)
         yield from twin_names((plate.name for plate in self.plates), "plates")
@@ -144,11 +144,11 @@ class SparkleSeriesRecipe(SparkleRecipe):
         printed = [f"{exposure_s:g}" for exposure_s in self.exposures_s]
         for index, exposure in enumerate(printed):
             if exposure in printed[:index]:
-                yield Fault(("exposures_s", index), f"the exposure {exposure} s stands twice", "keep one")
+                yield RecipeFault(("exposures_s", index), f"the exposure {exposure} s stands twice", "keep one")
         yield from self._twin_pictures()
         pictures = len(self.plates) * len(self.series) * len(self.exposures_s) * len(self.views or "1")
         if pictures > MAX_STIMULI:
-            yield Fault(("plates",), f"these are {pictures} pictures", f"a recipe makes {MAX_STIMULI} at most")
+            yield RecipeFault(("plates",), f"these are {pictures} pictures", f"a recipe makes {MAX_STIMULI} at most")
         faulty = False
         for index, plate in enumerate(self.plates):
             for fault in self._plate_faults(plate, index):
@@ -158,12 +158,12 @@ class SparkleSeriesRecipe(SparkleRecipe):
             plates = (plate.over(self.plate) for plate in self.plates)
             yield from without_spectra(plates, self.lamp, self.further_lamps)
 
-    def _plate_faults(self, plate: NamedPlateSpec, index: int) -> Iterator[Fault]:
+    def _plate_faults(self, plate: NamedPlateSpec, index: int) -> Iterator[RecipeFault]:
         try:
             whole = plate.over(self.plate)
         except ValidationError as error:
             message = str(error.errors()[0]["msg"]).removeprefix("Value error, ")
-            yield Fault(
+            yield RecipeFault(
                 ("plates", index, "flakes"), f"'{plate.name}' and 'plate' do not fit: {message}", "change either"
             )
             return
@@ -173,13 +173,14 @@ class SparkleSeriesRecipe(SparkleRecipe):
             if index == 0 or fault.location[0] == "plates":
                 yield fault
 
-    def _twin_pictures(self) -> Iterator[Fault]:
+    def _twin_pictures(self) -> Iterator[RecipeFault]:
         """Yield pictures whose names meet though their parts differ: a-b with c, and a with b-c."""
         pairs = {(plate.name.casefold(), series.name.casefold()) for plate in self.plates for series in self.series}
         called = Counter(f"{plate}-{series}" for plate, series in pairs)
         for name, count in sorted(called.items()):
             if count > 1:
-                yield Fault(("series",), f"two series of pictures would be called '{name}'", "give one another name")
+                what = f"two series of pictures would be called '{name}'"
+                yield RecipeFault(("series",), what, "give one another name")
 
     def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
         """Yield each plate's pictures: its flakes are scattered once, and its photographs are kept until it is done."""

@@ -46,7 +46,7 @@ class StoredPicture:
         return self.held.image() if isinstance(self.held, CodedPicture) else self.held
 
 
-class Source(Protocol):
+class ViewSource(Protocol):
     """A reader of a stimulus's views."""
 
     def stored(self) -> StoredPicture:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from documents import in_threads
 from documents.arrays import Floats
 from stimuli.sparkle.cull import TILE_PX, tiles_of
-from stimuli.sparkle.light import Light
+from stimuli.sparkle.light import PlateLight
 from stimuli.sparkle.optics import Sparkles
 from stimuli.sparkle.scene import Camera, Noise, Plate
 
@@ -146,7 +146,7 @@ def sensor_of(camera: Camera) -> Sensor:
 
 
 def expose(
-    light: Light, exposure_s: float, sensor: Sensor, noise: Noise | None = None, noise_seed: Sequence[int] = (0,)
+    light: PlateLight, exposure_s: float, sensor: Sensor, noise: Noise | None = None, noise_seed: Sequence[int] = (0,)
 ) -> tuple[NDArray[np.float32], ...]:
     """Return the fill of the three channels, 1 where full, float32 (rows, columns) each.
 

@@ -44,7 +44,7 @@ class Colour:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Term:
+class LightTerm:
     """Luminance in cd/m², one number for all pixels or (rows, columns) of them, in one colour."""
 
     luminance_cd_m2: Map | float
@@ -52,10 +52,10 @@ class Term:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Light:
+class PlateLight:
     """The light of a plate of ``size_mm`` (width, height) in camera pixels, and the work that it took, by name."""
 
-    terms: tuple[Term, ...]
+    terms: tuple[LightTerm, ...]
     grid_px: tuple[int, int]
     size_mm: tuple[float, float]
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class Light:
         return np.tensordot(np.stack(maps, axis=-1), np.array(spectra), axes=1)
 
 
-def gathered(terms: Iterable[Term]) -> tuple[Term, ...]:
+def gathered(terms: Iterable[LightTerm]) -> tuple[LightTerm, ...]:
     """Return terms with those of one colour added up, maps and numbers apart, and those without light left out."""
     sums: dict[tuple[Colour, bool], Map | float] = {}
     for term in terms:
@@ -93,7 +93,7 @@ def gathered(terms: Iterable[Term]) -> tuple[Term, ...]:
         if isinstance(term.luminance_cd_m2, float) and term.luminance_cd_m2 == 0:
             continue
         sums[key] = sums[key] + term.luminance_cd_m2 if key in sums else term.luminance_cd_m2
-    return tuple(Term(luminance, colour) for (colour, _), luminance in sums.items())
+    return tuple(LightTerm(luminance, colour) for (colour, _), luminance in sums.items())
 
 
 def colour_under(

@@ -101,7 +101,7 @@ class BaseSpec(Strict):
         return self
 
 
-class PlateSpec(Strict):
+class PaintedPlateSpec(Strict):
     """The painted plate."""
 
     size_mm: tuple[Positive, Positive]

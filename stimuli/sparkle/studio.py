@@ -20,9 +20,9 @@ from stimuli.pictures.stereo_image import View, XYZImage
 from stimuli.sparkle.camera import expose, sensor_of, splat, through_the_eye
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE, TILE_PX, lit, that_matter, tiles_of
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
-from stimuli.sparkle.light import Light, Term, colour_under, flop_luminance, gathered, matt_luminance
+from stimuli.sparkle.light import LightTerm, PlateLight, colour_under, flop_luminance, gathered, matt_luminance
 from stimuli.sparkle.optics import shade
-from stimuli.sparkle.recipe import PlateSpec
+from stimuli.sparkle.recipe import PaintedPlateSpec
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 
 
@@ -65,7 +65,7 @@ class Studio:
 
     def __init__(
         self,
-        plate: PlateSpec,
+        plate: PaintedPlateSpec,
         lamp: Lamp,
         camera: Camera,
         seed: int,
@@ -80,7 +80,7 @@ class Studio:
         self._pixel_pitch_mm = pixel_pitch_mm
         self._seed = seed
         self._flakes = scatter_flakes(self._plate, seed)
-        self._lights: dict[Place, Light] = {}
+        self._lights: dict[Place, PlateLight] = {}
         self._photographs: dict[tuple[Place, float], Photograph] = {}
 
     def photographs(self, view: View, exposure_s: float) -> tuple[Photograph, ...]:
@@ -131,7 +131,7 @@ class Studio:
             self._photographs[key] = photograph(light, self._camera, exposure_s, self._pixel_pitch_mm, noise_seed)
         return self._photographs[key]
 
-    def _light(self, eye: str) -> Light:
+    def _light(self, eye: str) -> PlateLight:
         place = self._place(eye)
         if place not in self._lights:
             scene = self._plate, self._lamps, self._camera
@@ -209,7 +209,7 @@ def plate_light(
     eye: str,
     flakes: Flakes,
     observer: str = DEFAULT_OBSERVER,
-) -> Light:
+) -> PlateLight:
     """Return the light of base and flakes under all lamps as it reaches one viewpoint.
 
     Parameters
@@ -225,7 +225,7 @@ def plate_light(
 
     Returns
     -------
-    Light
+    PlateLight
         Luminance in cd/m² and colour at each camera pixel, from which XYZ and spectral bands follow.
 
     Raises
@@ -244,30 +244,30 @@ def plate_light(
     >>> light.size_mm, light.counts["lamps"], light.counts["flakes"] == len(flakes)
     ((10.0, 5.0), 1, True)
     """
-    terms: list[Term] = []
+    terms: list[LightTerm] = []
     counts = Counter(dict.fromkeys(("lamps", *SparkleMap.COUNTED), 0))
     for lamp in lamps:
         if lamp.illuminance_lx == 0:
             continue
         counts["lamps"] += 1
         share, colour = colour_under(lamp, plate.base_chromaticity_xy, plate.base_spectrum, observer)
-        terms.append(Term(_times(matt_luminance(plate, lamp, camera), share), colour))
+        terms.append(LightTerm(_times(matt_luminance(plate, lamp, camera), share), colour))
         flakes_share, flakes_colour = colour_under(lamp, plate.flake_chromaticity_xy, plate.flake_spectrum, observer)
         flop_colour = flakes_colour
         flop_share = flakes_share
         if plate.flop_chromaticity_xy is not None:
             flop_share, flop_colour = colour_under(lamp, plate.flop_chromaticity_xy, None, observer)
         flop = flop_luminance(plate, lamp, camera, camera.position_mm(eye))
-        terms.append(Term(_times(flop, flop_share), flop_colour))
+        terms.append(LightTerm(_times(flop, flop_share), flop_colour))
         if len(flakes) and plate.flake_reflectance > 0:
             sparkles = sparkle_map(plate, lamp, camera, eye, flakes)
             counts.update(sparkles.counts)
-            terms.append(Term(_times(sparkles.luminance_cd_m2, flakes_share), flakes_colour))
-    return Light(gathered(terms), camera.grid_px(plate), (plate.width_mm, plate.height_mm), dict(counts))
+            terms.append(LightTerm(_times(sparkles.luminance_cd_m2, flakes_share), flakes_colour))
+    return PlateLight(gathered(terms), camera.grid_px(plate), (plate.width_mm, plate.height_mm), dict(counts))
 
 
 def photograph(
-    light: Light, camera: Camera, exposure_s: float, pixel_pitch_mm: float, noise_seed: Sequence[int] = (0,)
+    light: PlateLight, camera: Camera, exposure_s: float, pixel_pitch_mm: float, noise_seed: Sequence[int] = (0,)
 ) -> Photograph:
     """Expose the sensor to the light, take its reading back to XYZ, and resample once, in linear light.
 

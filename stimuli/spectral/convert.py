@@ -32,7 +32,7 @@ from stimuli.spectral.picture import SpectralPicture
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Observed:
+class SpectralXYZ:
     """XYZ in cd/m², float32 (height, width, 3), 0 or above; ``clipped`` pixels were below, down to ``lowest``."""
 
     xyz: NDArray[np.float32]
@@ -47,7 +47,7 @@ def spectral_to_xyz(
     *,
     negative: Literal["clip", "refuse"] = "refuse",
     observer: str = DEFAULT_OBSERVER,
-) -> Observed:
+) -> SpectralXYZ:
     """Return the absolute XYZ of a spectral picture for a colorimetric observer.
 
     Bands are summed at their own spacing, a block of rows at a time, as
@@ -66,7 +66,7 @@ def spectral_to_xyz(
 
     Returns
     -------
-    Observed
+    SpectralXYZ
         XYZ in cd/m², float32 (height, width, 3), and the pixels that were clipped.
 
     Raises
@@ -93,7 +93,7 @@ def spectral_to_xyz(
         "negative_pixels_set_to_0": clipped,
         "lowest_XYZ_cd_m2": min(lowest, 0.0),
     }
-    return Observed(xyz, clipped, lowest, (step,))
+    return SpectralXYZ(xyz, clipped, lowest, (step,))
 
 
 def spectral_to_camera(

@@ -2,7 +2,7 @@ from .confusion_plates import AXES as AXES
 from .confusion_plates import COPUNCTAL_XY as COPUNCTAL_XY
 from .confusion_plates import SCALES as SCALES
 from .confusion_plates import Axis as Axis
-from .confusion_plates import Plate as Plate
+from .confusion_plates import ConfusionPlate as ConfusionPlate
 from .confusion_plates import copunctal_xy as copunctal_xy
 from .optotypes import landolt as landolt
 from .random_dots import SIDES as SIDES

@@ -50,7 +50,7 @@ COPUNCTAL_XY: Mapping[Axis, tuple[float, float]] = MappingProxyType(
 
 
 @dataclass(frozen=True)
-class Plate:
+class ConfusionPlate:
     """How plates look: ``side_px`` wide, on black, in greys and colours of ``shown``, by the confusion ``points``."""
 
     side_px: int

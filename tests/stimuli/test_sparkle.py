@@ -22,7 +22,7 @@ from stimuli.sparkle.camera import expose, sensor_of, splat
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE, Tiles, lit, slope_circles, that_matter, tiles_of, whole
 from stimuli.sparkle.flakes import Flakes
 from stimuli.sparkle.lamplight import illuminance_lx, lamp_directions, most_illuminance_lx
-from stimuli.sparkle.light import Colour, Light, Term
+from stimuli.sparkle.light import Colour, LightTerm, PlateLight
 from stimuli.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.studio import photograph, sparkle_map
@@ -68,7 +68,9 @@ def sd_of(sparkle_plate: Plate, sparkle_lamp: Lamp) -> float:
     return float(lobe_sd(sparkle_plate, np.radians(sparkle_lamp.angular_radius_deg), 0.02))
 
 
-def light_of(luminance: NDArray[np.float32], sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera) -> Light:
+def light_of(
+    luminance: NDArray[np.float32], sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
+) -> PlateLight:
     """Return a map of sparkles on the plate's base."""
     bare = plate_light(
         replace(sparkle_plate, flakes_per_mm2=0.0),
@@ -78,7 +80,7 @@ def light_of(luminance: NDArray[np.float32], sparkle_plate: Plate, sparkle_lamp:
         scatter_flakes(sparkle_plate, 1).chosen(NONE),
     )
     x, y = sparkle_lamp.chromaticity_xy or (0.0, 0.0)
-    sparkles = Term(luminance, Colour((x / y, 1.0, (1 - x - y) / y)))
+    sparkles = LightTerm(luminance, Colour((x / y, 1.0, (1 - x - y) / y)))
     return replace(bare, terms=(*bare.terms, sparkles))
 
 
@@ -219,9 +221,9 @@ def test_below_the_full_well_the_sensor_is_exact(sparkle_camera: Camera, sparkle
     white = XYZ_from_xyY([*(sparkle_lamp.chromaticity_xy or ()), 1.0])
     sparkle = np.array([[0.0, 1.0, 40.0]], np.float32)
 
-    def light(map_cd_m2: NDArray[np.float32]) -> Light:
-        terms = Term(1.0, Colour(tuple(base.tolist()))), Term(map_cd_m2, Colour(tuple(white.tolist())))
-        return Light(terms, (3, 1), (3.0, 1.0))
+    def light(map_cd_m2: NDArray[np.float32]) -> PlateLight:
+        terms = LightTerm(1.0, Colour(tuple(base.tolist()))), LightTerm(map_cd_m2, Colour(tuple(white.tolist())))
+        return PlateLight(terms, (3, 1), (3.0, 1.0))
 
     fill = np.stack(expose(light(sparkle), 1 / 15, sensor), axis=-1)
     assert fill.max() < 1

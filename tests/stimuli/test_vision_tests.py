@@ -21,8 +21,8 @@ from stimuli.vision_tests import (
     SCALES,
     SIDES,
     Axis,
+    ConfusionPlate,
     DotField,
-    Plate,
     ShownRange,
     Side,
     copunctal_xy,
@@ -93,7 +93,7 @@ def test_greys_and_plates_stay_within_the_gamut_of_both_eyes() -> None:
         assert shown.holds(shown.grey(share))
     assert not shown.holds(shown.grey(1.02))
     assert not shown.holds(shown.grey(-0.02))
-    plate = Plate(120, shown)
+    plate = ConfusionPlate(120, shown)
     for axis in AXES:
         for delta_uv in (0.02, -0.02):
             assert plate.can_show(axis, delta_uv)
@@ -105,7 +105,7 @@ def test_greys_and_plates_stay_within_the_gamut_of_both_eyes() -> None:
 @pytest.mark.parametrize("axis", AXES)
 def test_no_pixel_of_a_plate_tells_a_dichromat_where_the_ring_is(axis: Axis) -> None:
     """The plate of one seed with the ring coloured, and with a ring like the ground: the same to the dichromat."""
-    plate = Plate(200, ALIKE)
+    plate = ConfusionPlate(200, ALIKE)
     ring = plate.draw("left", plate.colour(axis, 0.02), "s").left.astype(np.float64)
     none = plate.draw("left", plate.ground_XYZ, "s").left.astype(np.float64)
     assert np.abs((ring - none) @ cones_left(axis).T).max() < 1e-5 * none.max()
@@ -118,7 +118,7 @@ def test_no_pixel_of_a_plate_tells_a_dichromat_where_the_ring_is(axis: Axis) -> 
 
 def test_lightness_tells_nothing_of_a_dot() -> None:
     """Every dot's light is scaled at random: the ring's mean luminance differs by less than the dots do by half."""
-    plate = Plate(200, ALIKE)
+    plate = ConfusionPlate(200, ALIKE)
     spread = float(np.std(SCALES))
     for axis in AXES:
         for delta_uv in (0.02, -0.02):
@@ -133,7 +133,7 @@ def test_lightness_tells_nothing_of_a_dot() -> None:
 
 @pytest.mark.parametrize("side", SIDES)
 def test_the_ring_has_its_gap_where_it_should(side: Side) -> None:
-    places, _, in_figure = Plate(300, ALIKE).dots(side, "s")
+    places, _, in_figure = ConfusionPlate(300, ALIKE).dots(side, "s")
     assert 0.15 < in_figure.mean() < 0.45
     ring = places[in_figure]
     middle = {"up": (0, -1), "down": (0, 1), "left": (-1, 0), "right": (1, 0)}
@@ -210,18 +210,18 @@ def test_the_screening_takes_the_points_of_the_rigs_observer() -> None:
 def test_a_line_ends_where_its_colours_do() -> None:
     with pytest.raises(StimulusError, match="no colour lies"):
         confused("tritan", [10.0, 10.0, 10.0], 5.0)
-    assert not Plate(100, ALIKE).can_show("protan", 0.5)
+    assert not ConfusionPlate(100, ALIKE).can_show("protan", 0.5)
 
 
 def test_around_the_plate_the_screen_is_black() -> None:
-    plate = Plate(120, ALIKE)
+    plate = ConfusionPlate(120, ALIKE)
     corner = plate.draw("up", plate.colour("tritan", 0.02), "s").left[:5, :5]
     assert np.all(np.round(255 * ONE.code(corner)) == 0)
 
 
 def test_the_light_of_a_plate_is_that_of_its_dots() -> None:
     """Each disc has the light of its area: drawn by coverage, the sum over the picture is right to a hundredth."""
-    plate = Plate(240, ALIKE)
+    plate = ConfusionPlate(240, ALIKE)
     _, radii, _ = plate.dots("up", "s")
     picture = plate.draw("up", plate.ground_XYZ, "s").left[:, :, 1].astype(np.float64)
     rng = np.random.default_rng(np.frombuffer(b"s/light", dtype=np.uint8))

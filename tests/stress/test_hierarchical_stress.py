@@ -15,7 +15,7 @@ from analysis.comparisons import Answer, from_answers
 from analysis.covariance import contrast_variances
 from analysis.hierarchical import fit_observers
 from analysis.hierarchical.fitting import _answers
-from analysis.hierarchical.spread import Profile, _explore, _interpolated, _weights, flattening
+from analysis.hierarchical.spread import SpreadProfile, _explore, _interpolated, _weights, flattening
 from analysis.report import estimate_scores
 from analysis.scaling import LOGISTIC, fit_model, learnt_posterior
 from benchmarks.hierarchical import comparisons_of, simulated, spreads
@@ -90,7 +90,7 @@ def test_spread_strengths_and_effects_are_those_of_a_sampler() -> None:
     taus = np.exp(drawn[:, -1])
 
     answers, _ = _answers(comparisons)
-    profile = Profile([answers], LOGISTIC, [fit_model(comparisons).theta])
+    profile = SpreadProfile([answers], LOGISTIC, [fit_model(comparisons).theta])
     _explore(profile)
     tau, height = _interpolated(profile.nodes)
     mass = np.exp(height - height.max())

@@ -17,7 +17,7 @@ from runner.blocks.field_types import Words
 from runner.blocks.message import page
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
-from runner.blocks.screening.vision_test import Answers, Presentation, Screen, Series, VisionTest
+from runner.blocks.screening.vision_test import Presentation, Screen, Series, TrialAnswers, VisionTest
 from runner.blocks.setting import Setting
 from runner.blocks.style import Style
 from runner.errors import SessionError
@@ -127,9 +127,9 @@ class Screening(BlockKind):
 
 def _run(
     test: VisionTest, style: Style, series: Series, after: Presentation | None
-) -> Generator[Ask | Draft, Response | None, Answers]:
+) -> Generator[Ask | Draft, Response | None, TrialAnswers]:
     """Go down ``series`` until a level is not passed; ``after`` is what is shown next in either case."""
-    answers = Answers(series)
+    answers = TrialAnswers(series)
     for number, level in enumerate(series.levels):
         finer = series.levels[number + 1].presentations[0] if number + 1 < len(series.levels) else after
         for place, presentation in enumerate(level.presentations):
@@ -186,7 +186,7 @@ def _presentations(series: tuple[Series, ...]) -> Iterator[Presentation]:
     return (shown for each in series for level in each.levels for shown in level.presentations)
 
 
-def _outcome(test: VisionTest, all_answers: list[Answers]) -> dict[str, Any]:
+def _outcome(test: VisionTest, all_answers: list[TrialAnswers]) -> dict[str, Any]:
     """Return a test's record; without an estimate where the answers leave it open."""
     by_series = {}
     for answers in all_answers:

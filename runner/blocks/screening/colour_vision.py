@@ -22,7 +22,7 @@ from runner.blocks.screening.vision_test import (
     four_targets,
 )
 from runner.errors import SessionError
-from stimuli.vision_tests import AXES, SCALES, SIDES, Axis, Plate, Side, copunctal_xy
+from stimuli.vision_tests import AXES, SCALES, SIDES, Axis, ConfusionPlate, Side, copunctal_xy
 
 NAME = "colour_vision"
 PLATE_DEG = 10.0
@@ -54,7 +54,7 @@ class ColourVisionSpec(VisionTestSpec):
         InputError
             If the rig's observer has no cone fundamentals.
         """
-        plate = Plate(screen.fitting_px(PLATE_DEG), screen.shown, copunctal_xy(screen.observer))
+        plate = ConfusionPlate(screen.fitting_px(PLATE_DEG), screen.shown, copunctal_xy(screen.observer))
         rng = random.Random(f"{seed}/{NAME}")
         wanted = sorted({*self.levels_delta_uv, self.pass_delta_uv}, reverse=True)
         ring_size = plate.side_px * 0.5
@@ -120,7 +120,7 @@ class ColourVisionSpec(VisionTestSpec):
         )
 
 
-def _luminances(plate: Plate, axis: Axis, level: float) -> list[float]:
+def _luminances(plate: ConfusionPlate, axis: Axis, level: float) -> list[float]:
     """Return what luminance the ring's mean has of the ground's, for each sign that can be shown at ``level``."""
     return [
         round(float(np.asarray(plate.colour(axis, sign * level))[1] / plate.ground_XYZ[1]), 4)

@@ -138,7 +138,7 @@ class VisionTest:
 
 
 @dataclass(slots=True)
-class Answers:
+class TrialAnswers:
     """The answers to a series so far."""
 
     series: Series

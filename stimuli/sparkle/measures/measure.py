@@ -18,22 +18,22 @@ from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Luminance
 from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, Threshold, find_peaks
 from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, sparkle_moments
-from stimuli.sparkle.measures.profile import Profile, radial_profile
+from stimuli.sparkle.measures.profile import RadialProfile, radial_profile
 
 # Two equal Gaussians have one top up to two standard deviations apart, unequal ones up to more: so many in the mean.
 _ONE_TOP_SD = 2.7
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate(JsonResult):
+class Uncertain(JsonResult):
     """A number and its standard error; NaN where there are too few sparkles."""
 
     value: float
     se: float
 
-    def times(self, factor: float) -> Estimate:
+    def times(self, factor: float) -> Uncertain:
         """Return it in another unit."""
-        return Estimate(self.value * factor, self.se * factor)
+        return Uncertain(self.value * factor, self.se * factor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,16 +65,16 @@ class SparkleMeasures:
     pixels: int
     peaks: Peaks
     moments: Moments
-    profile: Profile
-    contrast: Estimate
-    area_px: Estimate
-    width_px: Estimate
+    profile: RadialProfile
+    contrast: Uncertain
+    area_px: Uncertain
+    width_px: Uncertain
     merged_expected: float
 
     @property
-    def count(self) -> Estimate:
+    def count(self) -> Uncertain:
         """How many; of none, the standard error is that of one."""
-        return Estimate(float(len(self.peaks)), math.sqrt(max(len(self.peaks), 1)))
+        return Uncertain(float(len(self.peaks)), math.sqrt(max(len(self.peaks), 1)))
 
     @property
     def overlapping(self) -> int:
@@ -87,21 +87,21 @@ class SparkleMeasures:
         return int((~self.moments.fits).sum())
 
     @property
-    def density_per_cm2(self) -> Estimate | None:
+    def density_per_cm2(self) -> Uncertain | None:
         """Sparkles per square centimetre of the plate."""
         per_mm = self.scale.pixels_per_mm
         return None if per_mm is None else self.count.times(100.0 * per_mm**2 / self.pixels)
 
     @property
-    def density_per_deg2(self) -> Estimate | None:
+    def density_per_deg2(self) -> Uncertain | None:
         """Sparkles per square degree of the visual field."""
         per_degree = self.scale.pixels_per_degree
         return None if per_degree is None else self.count.times(per_degree**2 / self.pixels)
 
     @property
-    def half_width_px(self) -> Estimate:
+    def half_width_px(self) -> Uncertain:
         """Half width at half maximum of the mean profile."""
-        return Estimate(self.profile.half_width_px, self.profile.half_width_se_px)
+        return Uncertain(self.profile.half_width_px, self.profile.half_width_se_px)
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers for a manifest, without lists of sparkles."""
@@ -166,7 +166,7 @@ def measure_sparkles(
     >>> plate[20::40, 20::40] = 8.0                       # nine bright points
     >>> sparkles = measure_sparkles(plate)
     >>> sparkles.count, sparkles.contrast.value
-    (Estimate(value=9.0, se=3.0), 7.0)
+    (Uncertain(value=9.0, se=3.0), 7.0)
     """
     threshold = threshold or Threshold()
     peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px)
@@ -193,11 +193,11 @@ def measure_sparkles(
     )
 
 
-def mean_of(values: Floats) -> Estimate:
+def mean_of(values: Floats) -> Uncertain:
     """Return the mean of values (n,) and its standard error."""
     if len(values) < 2:
-        return Estimate(float(values[0]) if len(values) else math.nan, math.nan)
-    return Estimate(float(values.mean()), float(values.std(ddof=1) / math.sqrt(len(values))))
+        return Uncertain(float(values[0]) if len(values) else math.nan, math.nan)
+    return Uncertain(float(values.mean()), float(values.std(ddof=1) / math.sqrt(len(values))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,13 +215,13 @@ class SharedSparkles(JsonResult):
     json_also: ClassVar = ("share",)
 
     @property
-    def share(self) -> Estimate:
+    def share(self) -> Uncertain:
         """Share of all sparkles, of either eye, that both see; binomial standard error."""
         either = self.left + self.right - self.both
         if either == 0:
-            return Estimate(math.nan, math.nan)
+            return Uncertain(math.nan, math.nan)
         share = self.both / either
-        return Estimate(share, math.sqrt(share * (1 - share) / either))
+        return Uncertain(share, math.sqrt(share * (1 - share) / either))
 
 
 def shared_sparkles(

@@ -20,7 +20,7 @@ _BLOCK = 2048
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Profile:
+class RadialProfile:
     """Mean light above the background at radii from a sparkle's place, as a share of what it has there.
 
     ``radius_px`` (k,) are the mean radii of rings half a pixel wide, ``share`` (k,) the mean over ``sparkles`` and
@@ -37,7 +37,7 @@ class Profile:
     half_width_se_px: float
 
 
-def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, moments: Moments) -> Profile:
+def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, moments: Moments) -> RadialProfile:
     """Return the mean profile of the sparkles that overlap with no other and lie wholly in the picture."""
     height, width = luminance_cd_m2.shape
     inside = np.minimum(moments.row_px, moments.column_px) >= REACH_PX
@@ -46,7 +46,7 @@ def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, moments: Moments) -
     if len(chosen) == 0:
         nothing = np.full(RINGS, np.nan)
         middles = np.asarray(BIN_PX * (np.arange(RINGS) + 0.5), dtype=np.float64)
-        return Profile(middles, nothing, nothing, 0, np.nan, np.nan)
+        return RadialProfile(middles, nothing, nothing, 0, np.nan, np.nan)
     places = moments.row_px[chosen], moments.column_px[chosen], peaks.background_cd_m2[chosen]
     means, number, radii = _rings(luminance_cd_m2, *places)
     return _mean(means, radii / np.maximum(number, 1))
@@ -87,7 +87,7 @@ def _rings(
     return means, number, radii
 
 
-def _mean(each: Floats, radius_px: Floats) -> Profile:
+def _mean(each: Floats, radius_px: Floats) -> RadialProfile:
     """Return the mean of profiles (n, k), scaled so that it is 1 at radius 0."""
     finite = np.isfinite(each)
     n = finite.sum(axis=0)
@@ -100,7 +100,7 @@ def _mean(each: Floats, radius_px: Floats) -> Profile:
     share, se = (share / centre, se / centre) if centre > 0 else (np.full(len(n), np.nan), np.full(len(n), np.nan))
     share[~known] = np.nan
     half, half_se = _half_width(radius_px[known], share[known], se[known])
-    return Profile(radius_px, share, se, len(each), half, half_se)
+    return RadialProfile(radius_px, share, se, len(each), half, half_se)
 
 
 def _centre(radius_px: Floats, share: Floats) -> float:

@@ -17,7 +17,7 @@ from devices.display import DisplayModel, GammaTable, Plvc, Residual, SrgbCurve,
 from devices.errors import DeviceError
 from devices.profiles import (
     CubeInput,
-    Profile,
+    IccProfile,
     ProfileModel,
     WrittenProfile,
     cube_of_model,
@@ -340,7 +340,7 @@ WRITE_CODES = np.concatenate(
 )
 
 
-def _tags(made: WrittenProfile) -> Profile:
+def _tags(made: WrittenProfile) -> IccProfile:
     return profile_of(parse_profile_file(made.data, "made.icc"))
 
 

@@ -20,12 +20,12 @@ from devices.diagnostics import plain
 from devices.diagnostics.readings import by_code
 from devices.errors import DeviceError
 from devices.readings import (
+    GridCell,
     MatFileError,
     MeasurementLog,
     Measurements,
     Patch,
     PatchSet,
-    Place,
     Reading,
     find_patches,
     read_csv,
@@ -455,9 +455,9 @@ def test_patch_files_say_area_and_surround(tmp_path: Path) -> None:
 
 
 def test_a_patch_has_one_area() -> None:
-    assert Patch("a", (0, 0, 0), place=Place(1, 1, 2, 2)).filled == 0.25
+    assert Patch("a", (0, 0, 0), place=GridCell(1, 1, 2, 2)).filled == 0.25
     with pytest.raises(DeviceError, match="a cell of a grid, which is its area"):
-        Patch("a", (0, 0, 0), place=Place(1, 1), area=0.5)
+        Patch("a", (0, 0, 0), place=GridCell(1, 1), area=0.5)
     with pytest.raises(DeviceError, match="has the area 0"):
         Patch("a", (0, 0, 0), area=0.0)
 

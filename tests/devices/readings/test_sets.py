@@ -22,11 +22,11 @@ from devices.errors import DeviceError
 from devices.readings import (
     Arrangement,
     Faults,
+    GridCell,
     Measurements,
     Patch,
     PatchEye,
     PatchSet,
-    Place,
     Showing,
     Simulated,
     SimulatedDisplay,
@@ -339,7 +339,7 @@ def test_the_instrument_is_moved_once_for_each_arrangement(eye: PatchEye) -> Non
     assert len({step.label for step in order}) == len(order)
 
 
-START, CORNER, SIDE = Arrangement("left"), Arrangement("left", Place(1, 3)), Arrangement("left", angle="v-10deg")
+START, CORNER, SIDE = Arrangement("left"), Arrangement("left", GridCell(1, 3)), Arrangement("left", angle="v-10deg")
 
 BARE = Arrangement("left", glasses=False)
 
@@ -369,7 +369,7 @@ def test_wrong_patches_are_refused() -> None:
     with pytest.raises(DeviceError, match="three in"):
         Patch("a", (0.0, 0.0, 0.0), around=(2.0, 0.0, 0.0))
     with pytest.raises(DeviceError, match="no row 4"):
-        Place(4, 1)
+        GridCell(4, 1)
     with pytest.raises(DeviceError, match="did you mean 'uniformity'"):
         find_sets(("unifomity",))
     with pytest.raises(DeviceError, match="no set"):

@@ -15,7 +15,7 @@ from devices.readings import (
     Kept,
     Measurements,
     Reading,
-    Session,
+    ReadingRun,
     SimulatedDisplay,
     Step,
     asked_of,
@@ -65,13 +65,13 @@ def test_an_instrument_that_reads_spectra_verifies_it() -> None:
     light = [ten.linear(colour.XYZ_cd_m2) @ spectra for colour in asked]
     steps = tuple(Step(n, patch.name, patch) for n, patch in enumerate(patches_of(asked, ten).patches))
 
-    def session(*, with_spectra: bool) -> Session:
+    def session(*, with_spectra: bool) -> ReadingRun:
         kept = {}
         for place, seen in enumerate(light):
             X, Y, Z = map(float, xyz_from_spectra(seen, waves)[0])
             whole = (tuple(seen.tolist()), tuple(waves.tolist())) if with_spectra else ((), ())
             kept[place] = Kept(place, 0.0, Reading((X, Y, Z), *whole))
-        return Session(Path("m.jsonl"), {}, steps, kept, {})
+        return ReadingRun(Path("m.jsonl"), {}, steps, kept, {})
 
     display = SimulatedDisplay(EyeModels(ten, ten))
     assert judge(session(with_spectra=True), asked, display, "both", "CIE 1964 10").achieved.largest < 1e-6

@@ -14,10 +14,10 @@ from click.testing import CliRunner, Result
 from devices.diagnostics import MeasuredSet, examine, plain
 from devices.display import read_display
 from devices.readings import (
+    GridCell,
     MeasurementLog,
     Patch,
     PatchSet,
-    Place,
     Simulated,
     find_sets,
     read_csv,
@@ -79,8 +79,8 @@ def test_the_other_eye_sees_its_own_codes(mode: str, eye: str) -> None:
 
 
 @pytest.mark.parametrize("mode", by_family(OFFSCREEN))
-@pytest.mark.parametrize("place", [*nightly(Place(2, 2)), Place(1, 3)])
-def test_a_place_is_a_cell_of_the_panel(mode: str, place: Place) -> None:
+@pytest.mark.parametrize("place", [*nightly(GridCell(2, 2)), GridCell(1, 3)])
+def test_a_place_is_a_cell_of_the_panel(mode: str, place: GridCell) -> None:
     """What is lit, once squeezed views are stretched back, is the cell and nothing else."""
     with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
         shown = screen.show_patch(Patch("white@r1c1", WHITE, place=place), "both")

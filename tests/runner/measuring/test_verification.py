@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from devices.compensation import Correction
 from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
 from devices.errors import MeasuringError
-from devices.readings import Kept, Patch, PatchSet, Reading, Session, SimulatedDisplay, Step, asked_of, read_session
+from devices.readings import Kept, Patch, PatchSet, Reading, ReadingRun, SimulatedDisplay, Step, asked_of, read_session
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.patch_screen import AskedScreen
@@ -29,14 +29,14 @@ MODEL = DisplayModel(np.array([0.02, 0.02, 0.03]), PRIMARIES, (CURVE, CURVE, CUR
 DISPLAY = SimulatedDisplay(EyeModels(MODEL, MODEL))
 
 
-def _session(read: np.ndarray, patches: PatchSet, leave_out: int = -1) -> Session:
+def _session(read: np.ndarray, patches: PatchSet, leave_out: int = -1) -> ReadingRun:
     order = tuple(Step(place, patch.name, patch) for place, patch in enumerate(patches.patches))
     kept = {
         place: Kept(place, 0.0, Reading((float(X), float(Y), float(Z))))
         for place, (X, Y, Z) in enumerate(read)
         if place != leave_out
     }
-    return Session(Path("m.jsonl"), {}, order, kept, {})
+    return ReadingRun(Path("m.jsonl"), {}, order, kept, {})
 
 
 def test_differences_are_those_of_colour_science() -> None:
