@@ -352,7 +352,7 @@ def _align(folder: Path) -> dict[str, Any]:
         write_exr(folder / "developed" / f"{eye}.exr", StereoImage.flat(view))
     reference = [(0, 0), (439, 0), (439, 339), (0, 339)]
     moving = [(12, 9), (431, 11), (433, 333), (10, 331)]
-    back = homography_from_points(moving, reference).matrix
+    back = homography_from_points(moving, reference)
     return {"rendering": left, "photograph": warp(left, back, (440, 340)).picture}
 
 

@@ -101,7 +101,7 @@ def register(
         from stimuli.align.homography import homography_from_points
         from stimuli.align.warping import warp
 
-        homography = homography_from_points(*corners).matrix
+        homography = homography_from_points(*corners)
         moving_plane = warp(
             moving_plane[:, :, None], homography, (reference_plane.shape[1], reference_plane.shape[0])
         ).picture[:, :, 0]

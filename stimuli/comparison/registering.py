@@ -228,7 +228,7 @@ def align(
     if register == "corners":
         if corners is None:
             raise StimulusError(Finding("no corners are given", remedy="give --photo-corners and --rendering-corners"))
-        return _refined(photo, rendering, homography_from_points(*corners).matrix, "corners")
+        return _refined(photo, rendering, homography_from_points(*corners), "corners")
     return _refined(photo, rendering, *guess_alignment(photo, rendering))
 
 

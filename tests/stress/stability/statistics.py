@@ -203,7 +203,7 @@ def _mapped(x: Floats) -> Floats:
     """Where the place (300, 200) goes."""
     found = []
     for row in x:
-        matrix = homography_from_points(row[:8].reshape(4, 2), row[8:].reshape(4, 2)).matrix
+        matrix = homography_from_points(row[:8].reshape(4, 2), row[8:].reshape(4, 2))
         place = matrix @ [300.0, 200.0, 1.0]
         found.append(place[0] / place[2])
     return np.array(found)
