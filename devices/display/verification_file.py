@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from devices.display.display_file import Eye
 from documents import load_document, sha256_of_file
 from documents.yaml import Natural, NotNegative, Number, Positive, Strict
 
@@ -86,11 +85,6 @@ class Verification:
     file: str
     spec: VerificationSpec
     sha256: str
-
-    def eye_error_ms(self, eye: Eye) -> OnsetErrorSpec:
-        """Return the errors of ``eye``: its own where they were measured."""
-        own = self.spec.left_onset_error_ms if eye == "left" else self.spec.right_onset_error_ms
-        return own or self.spec.onset_error_ms
 
     def mismatches(
         self,

@@ -207,15 +207,6 @@ def measure_saturation(
     return Saturation(pixels, red, green, blue, any_channel)
 
 
-def saturation_factors(xyz_cd_m2: XYZImage, model: DisplayModel) -> Floats:
-    """Return the factor above which each pixel of XYZ, shape (..., 3), saturates: shape (...), infinity for never.
-
-    For a display whose channels add up; where they do not, `largest_factor` halves an interval.
-    """
-    drives = np.concatenate([drive.max(axis=0) for drive in _drives(xyz_cd_m2, model)])
-    return _factor_of(drives).reshape(xyz_cd_m2.shape[:-1])
-
-
 def largest_factor(xyz_cd_m2: XYZImage, model: DisplayModel, limit_percent: float) -> LargestFactor:
     """Return the largest factor at which at most ``limit_percent`` of the pixels of XYZ, (..., 3), saturate ``model``.
 

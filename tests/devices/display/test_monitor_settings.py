@@ -174,8 +174,7 @@ def test_a_record_is_read_with_the_digest_of_its_file(tmp_path: Path) -> None:
     assert found.sha256 == hashlib.sha256(RECORD.encode()).hexdigest()
     assert found.to_json()["date"] == "2026-03-14"
     assert found.to_json()["onset_error_ms"]["worst"] == 5.1
-    assert found.eye_error_ms("left").worst == -4.9
-    assert found.eye_error_ms("right").worst == 5.1
+    assert found.to_json()["left_onset_error_ms"]["worst"] == -4.9
     assert "in 200 onsets light came 4.3 ms after" in found.sentence()
 
 
