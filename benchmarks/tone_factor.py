@@ -30,7 +30,7 @@ def bisection(xyz: Picture, model: DisplayModel, steps: int) -> float:
     pixels = xyz.size // 3
     for _ in range(steps):
         middle = np.sqrt(low * high) if high > 2 * low else 0.5 * (low + high)
-        full = (model.linear(xyz * middle) > 1.0).any(axis=-1).sum()
+        full = (model.linear(xyz * middle) > model.limits[1]).any(axis=-1).sum()
         low, high = (middle, high) if full <= LIMIT_PERCENT / 100 * pixels else (low, middle)
     return float(low)
 
