@@ -20,7 +20,7 @@ from analysis.comparisons.comparisons import (
 from analysis.errors import ResultsError, naming
 from analysis.scaling.group_agreement import GroupAgreement, group_agreement
 from analysis.scaling.laws import LAWS, Model
-from analysis.scaling.scores import FitOptions, Scores, score
+from analysis.scaling.scores import FittingOptions, Scores, score
 from analysis.scaling.separation import compared_groups
 from documents import Finding
 from documents.text import counted
@@ -28,7 +28,7 @@ from documents.text import counted
 MOST_NAMED = 5
 
 
-class ScoreOptions(FitOptions, total=False):
+class ScoreOptions(FittingOptions, total=False):
     """The options of `analysis.scaling.scores.score`, whose defaults stand there."""
 
     alpha: float

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
 
 
-class FitOptions(TypedDict, total=False):
+class FittingOptions(TypedDict, total=False):
     """How `score` fits: the options of `analysis.scaling.fitting.fit_model`, whose defaults stand there."""
 
     method: ModelMethod | Literal["auto"]
@@ -136,7 +136,7 @@ def score(
     alpha: float = 0.05,
     adjust: Adjust = "holm",
     quasi_variances: bool = False,
-    **fitting: Unpack[FitOptions],
+    **fitting: Unpack[FittingOptions],
 ) -> Scores:
     """Fit ``model`` to ``comparisons`` as `analysis.scaling.fitting.fit_model` does, and group the items into classes.
 
