@@ -15,12 +15,13 @@ from colour_pass import GAMMA, SIZE_PX, in_turn, model, test_picture
 from curves import program
 from promises import Promise
 
+from analysis.records import SurfaceFacts
 from devices.display.display_file import EyeModels
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces.opening import open_surface
-from runner.presenter.surfaces.surface import Buffer, Surface, SurfaceFacts
+from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.scene import Picture, Scene
 from stimuli.pictures.stereo_image import StereoImage
 

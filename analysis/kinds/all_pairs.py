@@ -55,7 +55,8 @@ class AllPairsRecord(PairRecord):
             yield "'correct' belongs to catch trials with an obvious answer, and to no other"
         elif self.correct and self.chosen is None:
             yield "nothing is chosen, and yet it is correct"
-        yield from self._ratings()
+        if self.ratings or self.rating_times_s:
+            yield from self._ratings()
 
     def _ratings(self) -> Iterator[str]:
         ratings, times_s = self.ratings or {}, self.rating_times_s or {}

@@ -71,7 +71,8 @@ class PairRecord(Trial):
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the choice with the answer, and the group with the stimuli's factors."""
         yield from self._choice()
-        yield from self._group(session.factors)
+        if not (self.group is None and self.group_factor is None):
+            yield from self._group(session.factors)
 
     def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the answer with its key."""
@@ -99,8 +100,11 @@ class PairRecord(Trial):
         alike = self.first == self.second
         if alike != self.may_be_alike():
             yield f"it compares '{self.first}' with '{self.second}'" + ("" if alike else ", not with itself")
-        pair = {"first": (self.first, self.second), "second": (self.second, self.first)}.get(self.answer)
-        due = (None, None) if alike or pair is None else pair
+        due: tuple[str | None, str | None] = (self.first, self.second)
+        if alike or self.answer in TIES:
+            due = None, None
+        elif self.answer == "second":
+            due = self.second, self.first
         if (self.chosen, self.rejected) != due:
             words = "nothing is chosen" if due[0] is None else f"'{due[0]}' is chosen and '{due[1]}' rejected"
             yield f"by its answer '{self.answer}' {words}, but it has '{self.chosen}' and '{self.rejected}'"

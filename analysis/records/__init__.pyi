@@ -19,6 +19,7 @@ from .lines import Mark as Mark
 from .lines import Note as Note
 from .lines import Resumption as Resumption
 from .lines import StimulusCosts as StimulusCosts
+from .lines import SurfaceFacts as SurfaceFacts
 from .lines import WindowEvent as WindowEvent
 from .lines import new_header as new_header
 from .pooled_batches import PooledBatch as PooledBatch

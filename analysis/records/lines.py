@@ -192,25 +192,41 @@ class GammaTables(Fields):
     accepted: bool | None = None
 
 
-class Presentation(Fields):
-    """The surface that the session was drawn on."""
+# What older logs may state as null.
+_Said = Annotated[Text, BeforeValidator(lambda text: "" if text is None else text)]
+_Lines = Annotated[tuple[Text, ...], Strict(False)]
 
-    backend: Text | None = None
-    display_server: Text | None = None
-    vendor: Text | None = None
-    renderer: Text | None = None
-    gl_version: Text | None = None
+
+class SurfaceFacts(Fields):
+    """What a surface says of how it shows: plain words and numbers.
+
+    ``bits`` is what a channel's codes have; keys, wheel and mouse are stamped as they are reported, ``gamepads`` to
+    ``gamepad_resolution_ms``. ``arithmetic`` is what colours are computed in; see
+    `runner.presenter.arithmetic_choice`. ``monitors`` are those that it is on, each in a line; ``larger_than_screen``
+    is whether a part of it is on none.
+    """
+
+    backend: _Said = ""
+    display_server: _Said = ""
+    vendor: _Said = ""
+    renderer: _Said = ""
+    gl_version: _Said = ""
     size_px: _Size | None = None
     stereo: bool | None = None
     vsync: bool | None = None
-    remarks: list[Text] = Field(default_factory=list)
+    remarks: _Lines = ()
     refresh_hz: NotNegative | None = None
-    bits: Count | None = None
-    gamepads: list[Text] = Field(default_factory=list)
+    bits: Annotated[Count, BeforeValidator(lambda bits: 8 if bits is None else bits)] = 8
+    gamepads: _Lines = ()
     gamepad_resolution_ms: NotNegative | None = None
-    arithmetic: Text | None = None
-    monitors: list[Text] = Field(default_factory=list)
-    larger_than_screen: bool | None = None
+    arithmetic: _Said = ""
+    monitors: _Lines = ()
+    larger_than_screen: bool | None = False
+
+
+class Presentation(SurfaceFacts):
+    """The surface that the session was drawn on, its times, its gamma tables, and what stood beside it."""
+
     timing: Timing = Field(default_factory=Timing)
     gamma_table: GammaTables = Field(default_factory=GammaTables)
     results_mirror: Text | None = None

@@ -21,6 +21,7 @@ from analysis.records.lines import (
 from analysis.records.pooled_batches import PooledBatch, PooledBatches
 
 Place = tuple[int, int]
+_NOTHING: dict[str, Any] = {}  # no trial is changed
 
 
 class Order:
@@ -29,7 +30,7 @@ class Order:
     ``added`` are stimuli that the header does not list: those of a recipe that was changed, where that was accepted.
     """
 
-    def __init__(self, line: dict[str, Any], shared: dict[str, Any]) -> None:
+    def __init__(self, line: dict[str, Any], shared: dict[Any, Any]) -> None:
         self.header: Header = read_header(line)
         self.complete = False
         self._session = Session(self.header.factors, own_keys=bool(self.header.interface.keys))
@@ -41,7 +42,7 @@ class Order:
             if stimulus.clipping is not None:
                 costs, stimulus.clipping = self._one_object(stimulus.name, costs, stimulus.clipping)
             self.costs[stimulus.name] = costs
-        self._given: dict[frozenset[str], set[str]] = {}
+        self._given: dict[tuple[Any, ...], set[str]] = {}
         self._first: dict[Place, Trial] = {}
         self._attempts: dict[Place, int] = {}
         self._pooled = PooledBatches()
@@ -52,12 +53,11 @@ class Order:
     def trial(self, line: dict[str, Any], *, as_recorded: bool = False) -> Trial:
         """Take an answer; where the line is ``as_recorded``, by its checksum, its presses are not compared with it."""
         trial = read_trial(line)
-        given = trial.__pydantic_fields_set__  # one object for all trials that state the same: a third of their memory
-        object.__setattr__(trial, "__pydantic_fields_set__", self._given.setdefault(frozenset(given), given))
+        self._share(trial, line)
         practised = trial.kind == PRACTICE
         self._place(trial)
         self._stimuli(trial)
-        if trial.attempt == 0:
+        if self._pooled.are_any and trial.attempt == 0:
             self._pooled.check(trial)
         for what in trial.contradictions(self._session, practised=practised):
             raise RecordError(what)
@@ -121,6 +121,15 @@ class Order:
         self.complete = True
         return end
 
+    def _share(self, trial: Trial, line: dict[str, Any]) -> None:
+        """Let trials that state the same have one object for it: two fifths of their memory."""
+        given = self._given.setdefault((type(trial), *line), trial.__pydantic_fields_set__)
+        object.__setattr__(trial, "__pydantic_fields_set__", given)
+        if not trial.__pydantic_extra__:
+            object.__setattr__(trial, "__pydantic_extra__", _NOTHING)
+        if trial.clipping:
+            trial.__dict__["clipping"] = line["clipping"]  # which the model copied
+
     def _place(self, trial: Trial) -> None:
         """Check that the trial is the next one, or the next attempt at an earlier one."""
         place = trial.block, trial.trial
@@ -173,7 +182,7 @@ class Order:
     def _cost(self, name: str, costs: Any) -> Any:
         """Check what clipping costs a stimulus, and return it; other last digits are another machine's."""
         stated = self.costs[name]
-        if costs == stated:
+        if costs is stated or costs == stated:
             return stated
         if not (self._resumed or stated is None):
             raise RecordError(f"the clipping of '{name}' is another than in the session's header")

@@ -82,6 +82,11 @@ class PooledBatches:
     _wins: dict[int, Wins] = field(default_factory=dict)
     _last: dict[int, PooledBatch] = field(default_factory=dict)
 
+    @property
+    def are_any(self) -> bool:
+        """Whether there was one."""
+        return bool(self._last)
+
     def take(self, line: Mapping[str, Any], *, changed: bool) -> PooledBatch:
         """Take the next batch; after a change of the experiment that was accepted, it need not follow the one before.
 

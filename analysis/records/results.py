@@ -76,7 +76,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     ...
     analysis.errors.ResultsError: ...: the folder holds no session.jsonl (name a folder of results)
     """
-    shared: dict[str, Any] = {}  # clipping costs, which stand in every trial that shows a stimulus
+    shared: dict[Any, Any] = {}  # clipping costs, which stand in every trial that shows a stimulus
     with _no_search_for_cycles():
         return tuple(by_folder(read_session(file, shared)) for file in result_files(places))
 
@@ -90,6 +90,9 @@ def _no_search_for_cycles() -> Iterator[None]:
         yield
     finally:
         if was_on:
+            if not gc.get_freeze_count():  # what was read counts as old from now on, and is not searched at once
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 

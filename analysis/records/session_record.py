@@ -135,7 +135,7 @@ def session_files(folder: Path) -> Iterator[Path]:
         yield from sorted(folder.rglob(FILE_NAME))
 
 
-def read_session(file: Path, shared: dict[str, Any] | None = None) -> SessionLog:
+def read_session(file: Path, shared: dict[Any, Any] | None = None) -> SessionLog:
     """Read one session log.
 
     A last line that is incomplete, such as after a power cut, is left out and returned in ``torn_tail``. A last line
@@ -146,7 +146,7 @@ def read_session(file: Path, shared: dict[str, Any] | None = None) -> SessionLog
     file
         A ``session.jsonl``.
     shared
-        Clipping costs by stimulus that logs read before had, so that equal ones are one object.
+        Clipping costs by stimulus and by their text that logs read before had, so that equal ones are one object.
 
     Returns
     -------
@@ -172,10 +172,10 @@ def read_session(file: Path, shared: dict[str, Any] | None = None) -> SessionLog
     >>> log.header.observer, log.complete
     ('01', False)
     """
-    reader = RecordReader(shared)
+    reader = RecordReader(shared := {} if shared is None else shared)
     try:
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
-            state = read_lines(stream, reader.take, on_checksum=reader.fits)
+            state = read_lines(stream, reader.take, on_checksum=reader.fits, repeated=("clipping", shared))
     except OSError as error:
         raise ResultsError(unreadable(error, file, "results")) from error
     except DamagedLineError as error:
@@ -202,7 +202,7 @@ def read_session(file: Path, shared: dict[str, Any] | None = None) -> SessionLog
 class RecordReader:
     """Takes the lines of a log one by one."""
 
-    def __init__(self, shared: dict[str, Any] | None = None) -> None:
+    def __init__(self, shared: dict[Any, Any] | None = None) -> None:
         self._shared = {} if shared is None else shared
         self.header: Header | None = None
         self.records: list[Trial | Note | Mark | Resumption] = []

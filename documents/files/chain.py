@@ -14,13 +14,14 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 NUMBER, CHAIN, COUNT, CHAINED = "line", "chain", "lines", "chained"
 EMPTY = hashlib.sha256().hexdigest()
 RESTORE = "restore the file from its mirror or a copy"
 
 _KEY = b',"chain":"'
+_ENDING = b',"line":%d,"chain":"%s"}'
 _DIGITS = 64
 _SUFFIX = len(_KEY) + _DIGITS + 2
 _NUMBERED = re.compile(rb'[,{]"line":(\d{1,12})\Z')
@@ -102,8 +103,7 @@ class LogState:
         return self.size + len(self.torn_tail)
 
 
-@dataclass(frozen=True, slots=True)
-class Link:
+class Link(NamedTuple):
     """A line as the chain sees it: ``number`` and ``chain`` as it states them, what is wrong as ``fault``.
 
     ``computed`` is what its chain may be.
@@ -140,7 +140,7 @@ class ChainReader:
         if len(self._before) == 1:
             body, number = raw[:-_SUFFIX], self._expected[0]
             chain = _next(self._before[0], body)
-            if raw.endswith(b',"%s":%d%s%s"}' % (NUMBER.encode(), number, _KEY, chain.encode())):
+            if raw.endswith(_ENDING % (number, chain.encode())):
                 return Link(body, number, chain, (chain,))
         return self._look_closely(raw)
 

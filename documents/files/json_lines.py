@@ -17,6 +17,7 @@ from documents.findings import Finding, InputError
 _LONGEST = 64 << 20
 # Twenty thousand trials, or ten thousand readings with a spectrum each, have less.
 MOST_LOG_BYTES = 200_000_000
+_MOST_KNOWN = 4000  # texts of values that are kept: 3 MB
 _REFUSED = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, InputError)
 
 
@@ -44,6 +45,7 @@ def read_lines(
     on_damage: Callable[[DamagedLineError], None] | None = None,
     on_checksum: Callable[[int], None] | None = None,
     chain: ChainReader | None = None,
+    repeated: tuple[str, dict[Any, Any]] | None = None,
 ) -> LogState:
     r"""Call ``take(number, line)`` for each JSON line, without what its checksum adds to it.
 
@@ -60,6 +62,9 @@ def read_lines(
     chain
         The checksums of the lines before, where those were read already: numbers count on, and ``size`` is that of the
         lines read now.
+    repeated
+        A key whose values are long and alike in many lines, and those known so far, by their text: equal ones are read
+        once and are one object.
 
     Returns
     -------
@@ -100,7 +105,9 @@ def read_lines(
                 return LogState(number - 1, size, chain.digest, chain.chained_from, ended_raw)
             if link.fault:
                 raise DamagedLineError(number, link.fault, changed=True)
-            value = _value(raw, link, number)
+            value = _in_parts(link.body, *repeated) if repeated and link.chain and number > 1 else None
+            if value is None:
+                value = _value(raw, link, number)
             if on_checksum is not None and link.chain is not None:
                 on_checksum(number)
             try:
@@ -143,6 +150,28 @@ def parsed(raw: bytes) -> Any:
         return from_json(raw)
     except ValueError:
         return json.loads(raw)
+
+
+def _in_parts(body: bytes, key: str, known: dict[Any, Any]) -> Any:
+    """Return the value of a line that fits its checksum, without its number; None where ``key`` is not its last one.
+
+    No text within a value has these bytes, since its quotes are escaped; and what stands before a key that is not one
+    of the line itself is no JSON once it is closed.
+    """
+    begin = body.rfind(b',"%s":{' % key.encode())
+    if begin < 0:
+        return None
+    text = body[begin + len(key) + 4 : body.rindex(b",")]  # the number follows
+    try:
+        if text not in known:
+            if len(known) >= _MOST_KNOWN or not text.endswith(b"}"):
+                return None
+            known[text] = from_json(text)
+        value = from_json(body[:begin] + b"}")
+    except ValueError:
+        return None
+    value[key] = known[text]
+    return value
 
 
 def _value(raw: bytes, link: Link, number: int) -> Any:

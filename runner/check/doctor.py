@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
+from analysis.records import SurfaceFacts
 from devices.display import Rig, panel_of_monitor
 from documents import InputError
 from runner.blocks.interface import KEYS
@@ -21,7 +22,7 @@ from runner.presenter.modes.registry import MODES, available
 from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
 from runner.presenter.surfaces.opening import BACKENDS, open_surface
 from runner.presenter.surfaces.screens import Monitor, compositor, monitors
-from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
+from runner.presenter.surfaces.surface import Buffer
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 from stimuli.measures import measure_names, missing_package
@@ -234,7 +235,7 @@ def examine_timing(
         compositor(),
         intervals,
         judgement.words,
-        (*explain(intervals, facts.vsync, judgement), *(words for each in marks for words in each.sentences)),
+        (*explain(intervals, bool(facts.vsync), judgement), *(words for each in marks for words in each.sentences)),
         marks,
     )
 

@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 from analysis.errors import ResultsError
+from analysis.records import SurfaceFacts
 from devices.display import EYES, GammaTable, Rig
 from documents import Finding, InputError
 from runner.check.report import CheckOptions, CheckReport
@@ -24,7 +25,6 @@ from runner.presenter.surfaces.screens import (
     place_two_windows,
     place_window,
 )
-from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.protocol.experiment import Experiment
 from runner.session.folders import is_running, unfinished
 from runner.session.pooling import ResultsPool, pooled_blocks

@@ -307,7 +307,7 @@ def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Ste
         "settle_s": order.show.settle_s,
         "notes": order.notes,
         "highest_code": screen.highest,
-        "surface": asdict(screen.surface.facts),
+        "surface": screen.surface.facts.to_json(),
         "software": version("cyclopean"),
         **order.facts,
         "steps": step_facts(planned),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+from analysis.records import SurfaceFacts
 from devices.compensation import Correction, eye_clip_costs
 from devices.display import EYES, Eye, read_display
 from documents.text import JsonResult
@@ -20,7 +21,6 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.screenshot import check_screenshot_path, write_screenshot
 from runner.presenter.show_options import ShowOptions as ShowOptions
 from runner.presenter.surfaces.opening import open_surface
-from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.scene import Picture, Scene
 from stimuli.pictures import Part, Region, read_picture
 

@@ -444,7 +444,7 @@ class Station:
             "set": rig.spec.gamma_table if self.surface.facts.backend == "window" else None,
             "accepted": self.options.accept_gamma_table,
         }
-        facts = asdict(self.surface.facts) | {"timing": self.timing, "gamma_table": gamma}
+        facts = self.surface.facts.to_json() | {"timing": self.timing, "gamma_table": gamma}
         if rig.mirror:
             facts["results_mirror"] = str(rig.mirror)
         if self.marks:

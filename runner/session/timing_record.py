@@ -9,10 +9,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from analysis.records import SurfaceFacts
 from devices.display import Verification
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.surfaces.screens import compositor
-from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.scene import Scene
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ import glcontext
 import moderngl
 import numpy as np
 
+from analysis.records import SurfaceFacts
 from devices.compensation import Size
 from devices.display import EYES, Eye
 from runner.ports import KeyPress, WindowClosed
@@ -21,7 +22,7 @@ from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
-from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
+from runner.presenter.surfaces.surface import Buffer
 
 _GL_DITHER = 0x0BD0
 _GL, _LIBRARY = "libGL.so.1", "libEGL.so.1"

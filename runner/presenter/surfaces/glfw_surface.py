@@ -12,6 +12,7 @@ from typing import Any, Self, TypeAlias
 import glfw
 import moderngl
 
+from analysis.records import SurfaceFacts
 from devices.compensation import Size
 from devices.display import EYES, Eye
 from runner.ports import KeyPress, WindowClosed
@@ -27,7 +28,7 @@ from runner.presenter.surfaces.identity_tables import IdentityTables
 from runner.presenter.surfaces.input import PERIOD_S, Gamepads, Input, gamepad_names
 from runner.presenter.surfaces.keyboard import keyboard_labels
 from runner.presenter.surfaces.screens import Monitor
-from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
+from runner.presenter.surfaces.surface import Buffer
 
 _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9

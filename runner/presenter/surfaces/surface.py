@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
+from analysis.records import SurfaceFacts
 from devices.compensation import Size
 from devices.display import Eye
 from runner.ports import KeyPress
@@ -30,34 +30,6 @@ class Buffer(Enum):
     def of(cls, eye: Eye | None) -> Buffer:
         """Return the buffer of ``eye``, or the one back buffer."""
         return {None: cls.BACK, "left": cls.BACK_LEFT, "right": cls.BACK_RIGHT}[eye]
-
-
-@dataclass(frozen=True, slots=True)
-class SurfaceFacts:
-    """What a record must say of how it was shown: plain words and numbers.
-
-    ``bits`` is what a channel's codes have; keys, wheel and mouse are stamped as they are reported, ``gamepads`` to
-    ``gamepad_resolution_ms``. ``arithmetic`` is what colours are computed in; see
-    `runner.presenter.arithmetic_choice`. ``monitors`` are those that it is on, each in a line; ``larger_than_screen``
-    is whether a part of it is on none.
-    """
-
-    backend: str
-    display_server: str
-    vendor: str
-    renderer: str
-    gl_version: str
-    size_px: Size
-    stereo: bool
-    vsync: bool
-    remarks: tuple[str, ...] = ()
-    refresh_hz: float | None = None
-    bits: Bits = 8
-    gamepads: tuple[str, ...] = ()
-    gamepad_resolution_ms: float | None = None
-    arithmetic: str = ""
-    monitors: tuple[str, ...] = ()
-    larger_than_screen: bool = False
 
 
 class Surface(Protocol):

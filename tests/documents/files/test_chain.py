@@ -403,3 +403,26 @@ def test_the_line_that_is_due_is_seen_as_by_a_closer_look(changes: list[int], pl
         link = chain.look(raw)
         assert link == chain._look_closely(raw)
         chain.take(link)
+
+
+@pytest.mark.parametrize(
+    ("further", "once"),
+    [
+        ({"costs": {"a": {"left": 1.5}}}, True),
+        ({"comment": ',"costs":{"a":1', "costs": {"a": {}}}, True),
+        ({"costs": {"a": {}}, "timed": [{"frames": 1}]}, False),
+        ({"costs": {"a": {}}, "ratings": {"a": 1}}, False),
+        ({"costs": {"b": 1, "costs": {"a": {}}}}, False),
+        ({"costs": [], "further": {"b": 1, "costs": {"a": {}}}}, False),
+        ({"costs": [], "further": [1, {"b": 1, "costs": {"a": {}}}]}, False),
+    ],
+)
+def test_values_that_are_repeated_are_read_once(further: dict[str, Any], once: bool) -> None:
+    records, raws, before = [{"record": "session"}, *[{"record": "trial", **further}] * 2], [], EMPTY
+    for number, record in enumerate(records, start=1):
+        raw, before = sealed(record, number, before)
+        raws.append(raw + b"\n")
+    lines: list[Any] = []
+    read_lines(raws, lambda number, line: lines.append(line), repeated=("costs", {}))
+    assert [[*line.items()] for line in lines] == [[*record.items()] for record in records]
+    assert (lines[1]["costs"] is lines[2]["costs"]) == once

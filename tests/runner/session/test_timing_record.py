@@ -17,11 +17,10 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import read_session
+from analysis.records import SurfaceFacts, read_session
 from devices.display import read_verification
 from runner.cli.main import group
 from runner.presenter import IntervalSummary
-from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.session.timing_record import NOT_VERIFIED, explain, judge, swap_intervals
 
 Study = Any  # tests/conftest.py
@@ -36,7 +35,7 @@ renderer: A card
 onsets: 200
 onset_error_ms: {{mean: 4.3, standard_deviation: 0.2, worst: 5.1}}
 """
-HERE = SurfaceFacts("window", "X11", "A maker", "A card", "4.5", (640, 480), False, True)
+HERE = SurfaceFacts(backend="window", display_server="X11", renderer="A card", vsync=True)
 
 
 def test_a_late_frame_is_counted_once_and_each_refresh_that_it_missed() -> None:
