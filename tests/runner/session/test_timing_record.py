@@ -8,7 +8,6 @@ import random
 import subprocess
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +121,7 @@ def test_onsets_are_verified_only_where_the_record_holds(tmp_path: Path) -> None
     for mode, surface, rate_hz, said in (
         ("flat", HERE, 59.94, "not 'flat'"),
         ("side-by-side", HERE, 75.0, "not 75 Hz"),
-        ("side-by-side", replace(HERE, renderer="llvmpipe"), 59.94, "not 'llvmpipe'"),
+        ("side-by-side", HERE.model_copy(update={"renderer": "llvmpipe"}), 59.94, "not 'llvmpipe'"),
         ("side-by-side", HERE, None, "no screen"),
     ):
         judgement = judge(record, mode, surface, rate_hz)
