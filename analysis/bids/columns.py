@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from analysis.bids.text import escape
+from analysis.kinds.kinds import KINDS
 from analysis.kinds.trial import Trial
 
 Place = tuple[str, ...]
@@ -16,23 +17,7 @@ _DEEPEST = 6
 OTHERS = "others"
 
 
-# Keys of records that name something else, which may be called as a stimulus is.
-_NAME_NO_STIMULUS = frozenset(
-    {
-        "series",
-        "group",
-        "group_factor",
-        "answer",
-        "question",
-        "name",
-        "test",
-        "practice_of",
-        "task",
-        "factor",
-        "function",
-    }
-    | {"method", "easier", "correct_answer", "first_position"}
-)
+_NAME_NO_STIMULUS = frozenset(name for record in KINDS.values() for name in record.no_stimulus)
 
 
 def roles(data: Mapping[str, Any], stimuli: Collection[str]) -> dict[str, str]:

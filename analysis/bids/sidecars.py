@@ -4,83 +4,37 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from analysis.bids.columns import Column
 from analysis.bids.sources import Source
 from analysis.bids.text import escape
 from analysis.kinds.kinds import KINDS
-from analysis.kinds.trial import Trial
+from analysis.kinds.trial import ColumnWords, Trial
 from analysis.records.seen import Seen
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
 
-_SIDES = {"first": "the picture at the first position", "second": "the picture at the second position"}
-
-
-@dataclass(frozen=True, slots=True)
-class _Known:
-    description: str
-    units: str | None = None
-    levels: Mapping[str, str] = field(default_factory=dict)
-
-
-_NAMED = "The stimulus is described in the session's sidecar under Stimuli."
-_EXACT: Mapping[str, _Known] = {
-    "first": _Known(f"Name of the stimulus at the first position. {_NAMED}"),
-    "second": _Known(f"Name of the stimulus at the second position. {_NAMED}"),
-    "stimulus": _Known(f"Name of the stimulus that was shown. {_NAMED}"),
-    "chosen": _Known(f"Name of the stimulus that the observer chose. {_NAMED}"),
-    "rejected": _Known(f"Name of the stimulus that the observer did not choose. {_NAMED}"),
-    "answer": _Known("What the observer answered.", levels=_SIDES),
-    "group": _Known("The group within which the pair was compared, such as the scene that both pictures show."),
-    "group_factor": _Known("The factor of the stimuli whose levels are the groups."),
-    "first_position": _Known(
-        "Position of the first picture.",
-        levels={place: f"the first picture was at the {place}" for place in ("top", "bottom", "left", "right")},
-    ),
-    "level": _Known("Level of the factor, or of the test, at which the stimulus was shown; empty without a signal."),
-    "factor": _Known("The factor of the stimuli whose threshold was measured."),
-    "reference": _Known(f"Name of the stimulus without a signal beside or before the other. {_NAMED}"),
-    "correct_answer": _Known("The answer that would have been right."),
-    "track": _Known("Number of the adaptive track that chose the level, from 0; empty without a signal."),
-    "track_trial": _Known("Number of the trial in its track, from 0."),
-    "easier": _Known("Whether higher or lower levels are easier."),
-    "practice": _Known("Whether the trial was practice, which is not scored."),
-    "correct": _Known("Whether the answer was right, for trials with a right answer."),
-    "similarity": _Known("The observer's rating of the similarity, on the experiment's scale."),
-    "difficulty": _Known("The observer's rating of the difficulty of the choice, on the experiment's scale."),
-    "rating": _Known("The observer's rating on the experiment's scale."),
-    "question": _Known("The text of the question."),
-    "comment": _Known("What the observer wrote, with active characters escaped."),
-    "timed": _Known(
-        "For each timed scene of the trial: its name, the frames requested, its duration requested and shown in "
-        "milliseconds, and the frames missed."
-    ),
-    "timing_marks": _Known(
-        "For each mark that another machine got: the port, whether it marks an onset or an answer, the code (on Lab "
-        "Streaming Layer text of name=value with block and trial), when it "
-        "was sent in seconds from the start of the session, and how many milliseconds after the onset or the press "
-        "that was; or why it was not sent. The session's sidecar describes the ports (GraphicsSystem, timing_marks)."
-    ),
-    "uncharacterised": _Known("Whether the display was used in a stereo mode that had not been characterised."),
-    "nominal": _Known(
-        "The standard that the display was taken for: nominal, not measured. Empty where it was measured."
-    ),
-    "disparity_arcsec": _Known("Binocular disparity.", "arcsec"),
-}
-_MEASURES: Mapping[str, _Known] = {
-    "percent_red": _Known("pixels outside the range of the red channel", "%"),
-    "percent_green": _Known("pixels outside the range of the green channel", "%"),
-    "percent_blue": _Known("pixels outside the range of the blue channel", "%"),
-    "percent_any": _Known("pixels outside the display's gamut", "%"),
-    "percent_above_full": _Known("pixels above the full drive of a channel", "%"),
-    "delta_e_00_mean": _Known("mean colour difference CIEDE2000 due to clipping to the gamut", "1"),
-    "delta_e_00_max": _Known("largest colour difference CIEDE2000 due to clipping to the gamut", "1"),
-    "percent_noticed": _Known("pixels changed by clipping to the gamut, as seen through the eye's filter", "%"),
-    "projection_delta_e_00_mean": _Known("mean colour difference CIEDE2000 due to the anaglyph itself", "1"),
-    "projection_delta_e_00_max": _Known("largest colour difference CIEDE2000 due to the anaglyph itself", "1"),
+# Names that experiments often give; those of a kind of trial stand in its file.
+_EXACT: Mapping[str, ColumnWords] = {
+    "practice": ColumnWords("Whether the trial was practice, which is not scored."),
+    "similarity": ColumnWords("The observer's rating of the similarity, on the experiment's scale."),
+    "difficulty": ColumnWords("The observer's rating of the difficulty of the choice, on the experiment's scale."),
+    "rating": ColumnWords("The observer's rating on the experiment's scale."),
+    "comment": ColumnWords("What the observer wrote, with active characters escaped."),
+    "disparity_arcsec": ColumnWords("Binocular disparity.", "arcsec"),
+} | {name: words for record in KINDS.values() for name, words in record.columns.items()}
+_MEASURES: Mapping[str, ColumnWords] = {
+    "percent_red": ColumnWords("pixels outside the range of the red channel", "%"),
+    "percent_green": ColumnWords("pixels outside the range of the green channel", "%"),
+    "percent_blue": ColumnWords("pixels outside the range of the blue channel", "%"),
+    "percent_any": ColumnWords("pixels outside the display's gamut", "%"),
+    "percent_above_full": ColumnWords("pixels above the full drive of a channel", "%"),
+    "delta_e_00_mean": ColumnWords("mean colour difference CIEDE2000 due to clipping to the gamut", "1"),
+    "delta_e_00_max": ColumnWords("largest colour difference CIEDE2000 due to clipping to the gamut", "1"),
+    "percent_noticed": ColumnWords("pixels changed by clipping to the gamut, as seen through the eye's filter", "%"),
+    "projection_delta_e_00_mean": ColumnWords("mean colour difference CIEDE2000 due to the anaglyph itself", "1"),
+    "projection_delta_e_00_max": ColumnWords("largest colour difference CIEDE2000 due to the anaglyph itself", "1"),
 }
 # Units are in the names of the recorded values.
 _UNITS: Sequence[tuple[str, str]] = (
@@ -205,7 +159,7 @@ def _units(column: Column) -> str | None:
     return None
 
 
-def _known(column: Column) -> _Known:
+def _known(column: Column) -> ColumnWords:
     if len(column.place) == 1 and column.place[0] in _EXACT:
         return _EXACT[column.place[0]]
     if column.place[0] == "clipping" and column.place[-1] in _MEASURES:
@@ -216,10 +170,10 @@ def _known(column: Column) -> _Known:
         picture = f"the picture under '{' '.join(names)}'" if names else "the picture"
         eye = f", as the {eyes[0]} eye sees it" if len(eyes) == 1 else ""
         text = f"Of {picture}{eye}: {'percentage of ' if measure.units == '%' else ''}{measure.description}."
-        return _Known(text, measure.units)
+        return ColumnWords(text, measure.units)
     where = ", therein ".join(f"'{escape(part)}'" for part in column.place)
     kinds = ", ".join(escape(kind) for kind in column.kinds)
-    return _Known(f"What is recorded under {where} by trials of the kind {kinds}.")
+    return ColumnWords(f"What is recorded under {where} by trials of the kind {kinds}.")
 
 
 def presentation(log: SessionLog) -> dict[str, Any]:

@@ -15,6 +15,8 @@ class ActivePairsRecord(PairRecord):
 
     heading = "Paired comparisons"
     description = "two stimuli, one chosen; the next pair is the most informative"
+    did = "compared pairs of {stimuli} stimuli that were chosen by {answers}"
+    by_answers = True
     not_reported: ClassVar[Mapping[str, str]] = {
         "batch": "which pairs were chosen together",
         "group_factor": "as of all_pairs",

@@ -22,6 +22,7 @@ class AllPairsRecord(PairRecord):
 
     heading = "Paired comparisons"
     description = "two stimuli, one chosen; all pairs are compared"
+    did = "compared pairs of {stimuli} stimuli"
     not_reported: ClassVar[Mapping[str, str]] = {
         "rating_times_s": TIMES,
         "group_factor": "the factor that has the groups' names",

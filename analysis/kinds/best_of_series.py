@@ -24,11 +24,15 @@ class BestOfSeriesRecord(RatedRecord):
 
     heading = "Best of series"
     description = "a series to browse, one stimulus chosen"
+    did = "chose one picture from each series"
+    counted_as = ("choice", "choices")
+    report_part = "analysis.report.series:series_part"
     not_reported: ClassVar[Mapping[str, str]] = {
         "rating_times_s": TIMES,
         "start": "the picture that was shown first",
     }
 
+    no_stimulus: ClassVar[tuple[str, ...]] = ("series",)
     asked: ClassVar[tuple[str, ...]] = ("series", "members", "start")
 
     written = ("series", "stimuli", "start", "chosen", "chosen_index", "path", "dwell_s")

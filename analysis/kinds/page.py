@@ -15,6 +15,7 @@ class PageRecord(Trial):
     not_reported: ClassVar[Mapping[str, str]] = {"response_time_s": "how long the page stood"}
 
     answers_task = False
+    is_page = True
 
     def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the time with the press that ended it."""
@@ -26,3 +27,4 @@ class BreakRecord(PageRecord):
     """A break was ended."""
 
     description = "a break, ended by the observer"
+    counted_as = ("break", "breaks")

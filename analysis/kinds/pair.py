@@ -7,8 +7,9 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 from analysis.kinds.fields import Fields, Name, Whole
-from analysis.kinds.trial import Rated, Session, Trial
+from analysis.kinds.trial import ColumnWords, Rated, Session, Trial
 
+NAMED = "The stimulus is described in the session's sidecar under Stimuli."
 Answer = Literal["first", "second"]
 TIES = ("no_difference", "not_sure")
 _TIES = dict(zip("nu", TIES, strict=True))
@@ -36,6 +37,27 @@ class EachRating(Fields):
 class PairRecord(Trial):
     """Two stimuli in their places, and the answer."""
 
+    columns: ClassVar[Mapping[str, ColumnWords]] = {
+        "first": ColumnWords(f"Name of the stimulus at the first position. {NAMED}"),
+        "second": ColumnWords(f"Name of the stimulus at the second position. {NAMED}"),
+        "chosen": ColumnWords(f"Name of the stimulus that the observer chose. {NAMED}"),
+        "rejected": ColumnWords(f"Name of the stimulus that the observer did not choose. {NAMED}"),
+        "answer": ColumnWords(
+            "What the observer answered.",
+            levels={"first": "the picture at the first position", "second": "the picture at the second position"},
+        ),
+        "group": ColumnWords(
+            "The group within which the pair was compared, such as the scene that both pictures show."
+        ),
+        "group_factor": ColumnWords("The factor of the stimuli whose levels are the groups."),
+        "first_position": ColumnWords(
+            "Position of the first picture.",
+            levels={place: f"the first picture was at the {place}" for place in ("top", "bottom", "left", "right")},
+        ),
+    }
+    no_stimulus: ClassVar[tuple[str, ...]] = ("group", "group_factor", "answer", "first_position")
+    by_answers: ClassVar[bool] = False
+    """Whether answers so far chose the pair."""
     asked: ClassVar[tuple[str, ...]] = ("first", "second", "first_position", "group", "group_factor")
 
     first: Name

@@ -17,6 +17,9 @@ class PreferenceRecord(PairRecord):
 
     heading = "Stereo or flat"
     description = "two intervals, one chosen"
+    did = "chose between the stereo and the flat version of pictures"
+    counted_as = ("preference", "preferences")
+    report_part = "analysis.report.ratings:preferences_part"
     not_reported: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(("answer", "chosen", "rejected"), "as chosen_view says"),
         "first_position": "where the first picture stood",

@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import ClassVar, Literal
 
 from analysis.kinds.fields import Name, Text, Typed, TypedWhole
-from analysis.kinds.trial import ROUNDING_S, TIME, Session, Trial
+from analysis.kinds.trial import ROUNDING_S, TIME, ColumnWords, Session, Trial
 
 
 class QuestionRecord(Trial):
@@ -18,6 +18,10 @@ class QuestionRecord(Trial):
 
     answers_task = False
 
+    columns: ClassVar[Mapping[str, ColumnWords]] = {
+        "question": ColumnWords("The text of the question."),
+    }
+    no_stimulus: ClassVar[tuple[str, ...]] = ("name", "question")
     asked: ClassVar[tuple[str, ...]] = ("name", "question", "answered_by")
 
     name: Name

@@ -48,6 +48,9 @@ class RatingRecord(RatedRecord):
 
     heading = "Ratings"
     description = "one stimulus, rated on a scale"
+    did = "rated single stimuli"
+    counted_as = ("stimulus rated", "rating screens")
+    report_part = "analysis.report.ratings:ratings_part"
     not_reported: ClassVar[Mapping[str, str]] = {"rating_times_s": TIMES, "response_time_s": TIME}
 
     asked: ClassVar[tuple[str, ...]] = ("stimulus",)

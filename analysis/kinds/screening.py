@@ -19,6 +19,7 @@ class ScreeningRecord(Trial):
 
     answers_task = False
     description = "a test of the observer's vision"
+    no_stimulus: ClassVar[tuple[str, ...]] = ("test",)
 
     @classmethod
     def of_line(cls, line: Mapping[str, Any]) -> type[Trial]:

@@ -7,8 +7,8 @@ from types import MappingProxyType
 from typing import ClassVar, Literal
 
 from analysis.kinds.fields import Count, Level, Name
-from analysis.kinds.pair import KEYS
-from analysis.kinds.trial import TIME, Session, Trial
+from analysis.kinds.pair import KEYS, NAMED
+from analysis.kinds.trial import TIME, ColumnWords, Session, Trial
 
 YES_NO: Mapping[str, str] = MappingProxyType({"left": "yes", "pad_left": "yes", "right": "no", "pad_right": "no"})
 _PLACES = {"two_places": ("top", "left"), "two_intervals": ("interval_1",)}
@@ -19,6 +19,9 @@ class ThresholdRecord(Trial):
 
     heading = "Thresholds"
     description = "a stimulus at a level of a factor that follows the answers, detected or not"
+    did = "detected stimuli at levels that were chosen by earlier answers"
+    counted_as = ("trial at a threshold", "trials at thresholds")
+    report_part = "analysis.report.thresholds:thresholds_part"
     not_reported: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(("correct", "stimulus"), "follows from the other fields"),
         "first_position": "where the first picture stood",
@@ -28,6 +31,20 @@ class ThresholdRecord(Trial):
         "response_time_s": TIME,
     }
 
+    columns: ClassVar[Mapping[str, ColumnWords]] = {
+        "stimulus": ColumnWords(f"Name of the stimulus that was shown. {NAMED}"),
+        "level": ColumnWords(
+            "Level of the factor, or of the test, at which the stimulus was shown; empty without a signal."
+        ),
+        "factor": ColumnWords("The factor of the stimuli whose threshold was measured."),
+        "reference": ColumnWords(f"Name of the stimulus without a signal beside or before the other. {NAMED}"),
+        "correct_answer": ColumnWords("The answer that would have been right."),
+        "correct": ColumnWords("Whether the answer was right, for trials with a right answer."),
+        "track": ColumnWords("Number of the adaptive track that chose the level, from 0; empty without a signal."),
+        "track_trial": ColumnWords("Number of the trial in its track, from 0."),
+        "easier": ColumnWords("Whether higher or lower levels are easier."),
+    }
+    no_stimulus: ClassVar[tuple[str, ...]] = ("task", "factor", "function", "method", "easier", "correct_answer")
     asked: ClassVar[tuple[str, ...]] = (
         *("task", "factor", "stimulus", "level", "reference", "first_position", "correct_answer"),
         *("track", "track_trial", "group", "group_factor", "method", "function", "easier"),

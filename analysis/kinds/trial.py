@@ -67,6 +67,15 @@ class Rated(NamedTuple):
     value: int
 
 
+@dataclass(frozen=True, slots=True)
+class ColumnWords:
+    """What a column has in a table that is exported: a description, units, and what some of its values mean."""
+
+    description: str
+    units: str | None = None
+    levels: Mapping[str, str] = field(default_factory=dict)
+
+
 @dataclass(slots=True)
 class Session:
     """What the records of a session so far say: what the next one must agree with.
@@ -116,7 +125,36 @@ class Trial(Fields):
     """What a trial is, for tables that are exported."""
     not_reported: ClassVar[Mapping[str, str]] = {}
     """What the report does not show: fields, or with a dot those within one, and what each is."""
+    report_part: ClassVar[str] = ""
+    """The function that makes the report's part on them, as MODULE:NAME; empty where there is none."""
+    did: ClassVar[str] = ""
+    """What observers did, for Methods; {stimuli} is the number of stimuli."""
+    counted_as: ClassVar[tuple[str, str]] = ("", "")
+    """What Methods call a trial, and several; empty where they are not counted."""
+    columns: ClassVar[Mapping[str, ColumnWords]] = {
+        "timed": ColumnWords(
+            "For each timed scene of the trial: its name, the frames requested, its duration requested and shown in "
+            "milliseconds, and the frames missed."
+        ),
+        "timing_marks": ColumnWords(
+            "For each mark that another machine got: the port, whether it marks an onset or an answer, the code (on "
+            "Lab Streaming Layer text of name=value with block and trial), when it was sent in seconds from the start "
+            "of the session, and how many milliseconds after the onset or the press that was; or why it was not sent. "
+            "The session's sidecar describes the ports (GraphicsSystem, timing_marks)."
+        ),
+        "uncharacterised": ColumnWords(
+            "Whether the display was used in a stereo mode that had not been characterised."
+        ),
+        "nominal": ColumnWords(
+            "The standard that the display was taken for: nominal, not measured. Empty where it was measured."
+        ),
+    }
+    """Its columns in tables that are exported, and what is written of each; another kind's of that name have it too."""
+    no_stimulus: ClassVar[tuple[str, ...]] = ("practice_of",)
+    """The fields that name something else than a stimulus, which may be called as a stimulus is."""
     answers_task: ClassVar[bool] = True
+    is_page: ClassVar[bool] = False
+    """Whether it is a page of words."""
     is_outcome: ClassVar[bool] = False
     """Whether it states what came of a test, and is no answer."""
 

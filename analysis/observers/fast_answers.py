@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from analysis.kinds.page import PageRecord
 from analysis.kinds.trial import Trial
 
 TOO_FAST_S = 0.2
@@ -31,7 +30,7 @@ class FastAnswers:
 
     def add(self, trial: Trial) -> None:
         """Count a trial; pages of words and outcomes of tests are none."""
-        if isinstance(trial, PageRecord) or trial.is_outcome:
+        if trial.is_page or trial.is_outcome:
             return
         self.trials += 1
         # A key that means nothing there was never meant for another scene.

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from analysis.observers.screening import failed_tests, screened_out
 from analysis.observers.table import ObserverTable
-from analysis.ratings.ratings import RatingSummary
 from analysis.records.session_record import SessionLog
 from analysis.report.grouped import GroupedSummary
 from analysis.report.summary import Answered, Summary
@@ -30,15 +29,15 @@ def failed_checks(
     sessions: Sequence[SessionLog],
     compared: Summary | GroupedSummary | None,
     observers: ObserverTable | None,
-    ratings: RatingSummary | None,
+    further: Iterable[FailedCheck],
 ) -> tuple[FailedCheck, ...]:
-    """Return the checks that failed: those of the scores, of the observers, and of the sessions."""
+    """Return the checks that failed: those of the scores, of the observers, ``further`` ones, and of the sessions."""
     return (
         *(_one_scale(compared) if compared else ()),
         *(_side(compared) if compared else ()),
         *_vision(sessions),
         *(_flags(observers) if observers else ()),
-        *(_raters(ratings) if ratings else ()),
+        *further,
         *_timing(sessions),
     )
 
@@ -99,20 +98,6 @@ def _flags(table: ObserverTable) -> Iterator[FailedCheck]:
             f"{flag[0].upper()}{flag[1:]}.",
             "Look at the session. To leave an observer out, give --without CODE.",
         )
-
-
-_RATED = {"alone": "", "chosen": ", of stimuli chosen of two", "both": ", of both stimuli of pairs"}
-
-
-def _raters(ratings: RatingSummary) -> Iterator[FailedCheck]:
-    for scale in ratings.scales:
-        who = [observer.observer for observer in scale.observers if observer.flagged]
-        if who:
-            yield FailedCheck(
-                f"Ratings of {some(who)} on the scale {scale.scale}{_RATED[scale.of]}",
-                "Many of their ratings are far from the others' (rule of BT.500).",
-                "Look at the session. Nobody is left out by this rule; to leave an observer out, give --without CODE.",
-            )
 
 
 def _timing(sessions: Sequence[SessionLog]) -> Iterator[FailedCheck]:

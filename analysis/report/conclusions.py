@@ -11,22 +11,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from analysis.classes.conclusions import Conclusion, concluded, with_shares
+from analysis.classes.conclusions import Conclusion, with_shares
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
-from analysis.inference.conclusions import MOST_REFITS, neighbour_conclusions, without_each
-from analysis.inference.multiverse_analysis import observer_parts
-from analysis.ratings.preferences import Preferences
+from analysis.inference.conclusions import neighbour_conclusions, without_each
 from analysis.report.factors import effects_in
-from analysis.report.ratings import share_for_stereo, sign_test
 from analysis.report.reviewers import Review, stands_cell
 from analysis.report.summary import Answered, Summary
 from analysis.scaling.grouped import score_groups
-from analysis.series.summary import SeriesSummary, all_tests, conclusions_of_tests
 from documents.pages import Block, Column, Paragraph, Section, Table
 
 if TYPE_CHECKING:
@@ -35,7 +28,6 @@ if TYPE_CHECKING:
 
 MOST_ITEMS = 200
 MOST_OPEN = 8
-FEW_DRAWS = 9999  # for tests of which only the verdict counts
 Asked = Callable[[Comparisons], Iterable[Conclusion]]
 
 
@@ -50,10 +42,8 @@ def conclusions_of(report: Report) -> tuple[Conclusion, ...]:
         others += _of_agreement(report.groups)
     if report.factors is not None:
         others += _of_factors(report.pairs or report.groups, report.factors)
-    if report.series is not None:
-        others += of_series(report.series)
-    if report.preferences is not None:
-        others += of_preferences(report.preferences)
+    for part in report.parts:
+        others += part.conclusions()
     return (*pairs[:1], *others, *pairs[1:])
 
 
@@ -105,31 +95,6 @@ def _robust(
         except ResultsError:
             continue  # without this observer nothing can be fitted
     return with_shares(conclusions, others, level)
-
-
-def of_series(summary: SeriesSummary) -> tuple[Conclusion, ...]:
-    """Return what is concluded of ratings and choices of every two kinds of series, and of ratings of two paints."""
-    others: list[Conclusion] = []
-    choices = summary.choices
-    part, names = observer_parts(choices.observers, MOST_REFITS)
-    for number in range(len(names) - 1):
-        kept = tuple(choice for choice in choices.choices if part[choice.observer] != number)
-        others += conclusions_of_tests(*all_tests(replace(choices, choices=kept), FEW_DRAWS))
-    return with_shares(summary.conclusions, others)
-
-
-def of_preferences(chosen: Preferences) -> tuple[Conclusion, ...]:
-    """Return whether one of stereo and flat is preferred, by the sign test over observers."""
-    signs = np.sign([stereo - flat for stereo, flat in chosen.by_observer.values()])
-
-    def test(signs: NDArray[np.int_]) -> Conclusion:
-        decided = int(np.count_nonzero(signs))
-        p = sign_test(int((signs > 0).sum()), decided) if decided else None
-        return concluded("stereo over flat", p, None)
-
-    share = share_for_stereo(chosen)
-    found = replace(test(signs), estimate=share.value, low=share.low, high=share.high, unit="of the choices")
-    return with_shares([found], [test(np.delete(signs, place)) for place in range(len(signs))])
 
 
 def conclusions_section(conclusions: tuple[Conclusion, ...], cautions: Sequence[str] = ()) -> Section | None:

@@ -10,8 +10,6 @@ from analysis.comparisons.session_comparisons import grouped_comparisons, is_com
 from analysis.errors import ResultsError
 from analysis.observers.filters import Filter, keep
 from analysis.observers.table import observers_in_sessions
-from analysis.ratings.preferences import preferences
-from analysis.ratings.ratings import ratings_in
 from analysis.records.answered_by import pool
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog
@@ -21,14 +19,13 @@ from analysis.report.factors import effects_of
 from analysis.report.grouped import GroupedSummary, summarise_groups
 from analysis.report.methods import methods_of
 from analysis.report.notes import on_sessions
-from analysis.report.report import PAGES, Report
+from analysis.report.part import parts_of
+from analysis.report.report import Report
 from analysis.report.reviewers import group_reviews_of, review_of
 from analysis.report.scores import beside_words
 from analysis.report.summary import Summary, summarise
 from analysis.report.words import counted
 from analysis.scaling.shown import Published, group_blocks, score_blocks
-from analysis.series.summary import summarise_series
-from analysis.thresholds.summary import summarise_thresholds
 from documents import Finding
 from documents.pages import Block, Mark, Paragraph
 
@@ -84,26 +81,22 @@ def describe(
     refuse_mixtures(pool(sessions, with_simulated=rule.with_simulated).sessions)
     kept = keep(sessions, rule)
     remaining = kept.sessions
-    kinds = {trial.kind for session in remaining for trial in session.trials}
-    if not (kinds - set(PAGES) or any(session.complete for session in remaining)):
+    answered = any(not trial.is_page for session in remaining for trial in session.trials)
+    if not (answered or any(session.complete for session in remaining)):
         files = ", ".join(str(session.file) for session in remaining[:3])
         what = "the results hold no answer"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
     pairs, grouped = _compared(remaining, alpha, adjust, covariance)
-    series = summarise_series(remaining) if "best_of_series" in kinds else None
+    parts = parts_of(remaining)
     compared = pairs or grouped
     notes = [*kept.notes]
     notes += compared.notes if compared else [*on_sessions(remaining), *_without_scores(remaining)]
-    notes += [note for note in series.notes if "simulated" not in note] if series else []
-    preferred = preferences(remaining) if "preference" in kinds else None
-    if preferred is not None:  # the sentence is in the head of the page
-        notes = [note for note in notes if note != preferred.sentence]
-    thresholds = summarise_thresholds(remaining) if "threshold" in kinds else None
-    notes += thresholds.notes if thresholds else []
+    said = {sentence for part in parts for sentence in part.sentences}  # they are in the head of the page
+    notes = [note for note in notes if note not in said]
+    notes += [note for part in parts for note in part.notes]
     observers = None
     if compared:
         observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
-    ratings = ratings_in(remaining)
     report = Report(
         header=remaining[0].header,
         sessions=tuple(remaining),
@@ -114,12 +107,9 @@ def describe(
         observers=observers,
         review=review_of(pairs) if pairs else {},
         group_reviews=group_reviews_of(grouped) if grouped else {},
-        series=series,
-        ratings=ratings,
-        preferences=preferred,
-        thresholds=thresholds,
+        parts=parts,
         notes=tuple(dict.fromkeys(notes)),
-        failed=failed_checks(remaining, compared, observers, ratings),
+        failed=failed_checks(remaining, compared, observers, [failed for part in parts for failed in part.failed]),
     )
     report = replace(report, conclusions=conclusions_of(report))
     return replace(report, methods=methods_of(report, given or {}))

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from analysis.comparisons.session_comparisons import is_comparison
 from analysis.errors import ResultsError
+from analysis.kinds.kinds import KINDS
 from analysis.kinds.questionnaire import QuestionRecord
 from analysis.observers.responses import catch_results
-from analysis.ratings.ratings import RatingSummary
 from analysis.records.answered_by import who_answered
 from analysis.records.lines import Header
 from analysis.records.results import sessions_by_observer
@@ -35,18 +35,6 @@ from documents.text import did_you_mean
 
 if TYPE_CHECKING:
     from analysis.report.report import Report
-
-_POOLED = {
-    "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by the earlier answers of all observers",
-}
-_DESIGNS = {
-    "all_pairs": "compared pairs of {stimuli} stimuli",
-    "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by earlier answers",
-    "best_of_series": "chose one picture from each series",
-    "rating": "rated single stimuli",
-    "preference": "chose between the stereo and the flat version of pictures",
-    "threshold": "detected stimuli at levels that were chosen by earlier answers",
-}
 
 _LANGUAGES = {"de": "German", "fr": "French"}
 
@@ -295,32 +283,28 @@ def _stimuli(report: Report, cited: Citations) -> str:
 def _task(report: Report, cited: Citations) -> str:
     sessions, header = report.sessions, report.header
     kinds = {trial.kind for session in sessions for trial in session.trials}
-    designs = _DESIGNS | (_POOLED if any(session.pooled for session in sessions) else {})
-    done = [words.format(stimuli=len(header.stimuli)) for kind, words in designs.items() if kind in kinds]
+    pooled = any(session.pooled for session in sessions)
+    answers = "the earlier answers of all observers" if pooled else "earlier answers"
+    words = [record.did for kind, record in KINDS.items() if kind in kinds and record.did]
+    done = [each.format(stimuli=len(header.stimuli), answers=answers) for each in words]
     parts = [f"Observers {listed(done)}." if done else ""]
     parts.append(f"They were asked: “{header.question}”" if header.question else "")
-    parts += [
-        f"After the choice between two, {what} rated on {scales}." for what, scales in _after_choices(report.ratings)
-    ]
+    parts += [sentence for part in report.parts for sentence in part.task]
     return " ".join(filter(None, [*parts, *_interface(header)]))
 
 
 def _trials(report: Report, cited: Citations) -> str:
     sessions = report.sessions
     parts = _pair_design(sessions)
-    for kind, one, several in (
-        ("best_of_series", "choice", "choices"),
-        ("rating", "stimulus rated", "rating screens"),
-        ("preference", "preference", "preferences"),
-        ("threshold", "trial at a threshold", "trials at thresholds"),
-    ):
-        counts = [sum(trial.kind == kind for trial in session.trials) for session in sessions]
+    for kind, record in sorted(KINDS.items(), key=lambda each: each[1].is_page):
+        one, several = record.counted_as
+        counts = [sum(trial.kind == kind for trial in session.trials) for session in sessions] if one else []
         if any(counts):
-            number = median(count for count in counts if count)
-            parts.append(f"A session has {number:,.10g} {one if number == 1 else several} (median).")
-    breaks = [sum(trial.kind == "break" for trial in session.trials) for session in sessions]
-    if any(breaks):
-        parts.append(f"There were {counted(median(breaks), 'break')} in a session (median).")
+            number = median(count for count in counts if count or record.is_page)
+            words = f"{number:,.10g} {one if number == 1 else several}"
+            parts.append(
+                f"There were {words} in a session (median)." if record.is_page else f"A session has {words} (median)."
+            )
     return " ".join(parts) or "The sessions have no trial that is analysed."
 
 
@@ -345,14 +329,6 @@ def _length_s(session: SessionLog) -> float | None:
     if session.header.simulated or not session.complete or not session.answers:
         return None
     return SessionTimes.of(session).onset_s(session.answers[-1])
-
-
-def _after_choices(ratings: RatingSummary | None) -> Iterator[tuple[str, str]]:
-    """Yield what was rated after choices between two stimuli, and on what."""
-    for of, what in (("chosen", "the stimulus chosen was"), ("both", "both stimuli were")):
-        scales = [scale.scale for scale in (ratings.scales if ratings else ()) if scale.of == of]
-        if scales:
-            yield what, f"the {'scale' if len(scales) == 1 else 'scales'} {listed(scales)}"
 
 
 def _interface(header: Header) -> list[str]:

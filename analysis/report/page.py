@@ -15,12 +15,10 @@ from analysis.report.factors import factors_section
 from analysis.report.groups import group_sections
 from analysis.report.methods import methods_section
 from analysis.report.observers import observers_section, people_section, vision_section
-from analysis.report.ratings import preferences_section, ratings_section
 from analysis.report.report import Report
 from analysis.report.reviewers import reviewers_section, warning_of
 from analysis.report.scores import belief_section, classes_section, counts_section, scores_section
 from analysis.report.seen import caption, seen_section
-from analysis.report.series import series_sections
 from analysis.report.shown import (
     Thumbnails,
     beside,
@@ -30,7 +28,6 @@ from analysis.report.shown import (
     timing_section,
     unreported_section,
 )
-from analysis.report.thresholds import thresholds_section
 from analysis.scaling.shown import Published
 from documents.files import write_whole
 from documents.pages import Page, Section, Table, page_html, write_csv_files, write_figure_files
@@ -166,14 +163,8 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         scales = [(name, part, report.group_reviews.get(name, {})) for name, part in grouped.scales]
         sections.append(reviewers_section(scales))
     sections.append(factors_section(report.factors) if report.factors else None)
-    if report.series is not None:
-        sections += series_sections(report.series)
-    if report.preferences is not None and report.preferences.by_observer:
-        sections.append(preferences_section(report.sessions, report.preferences))
-    if report.ratings is not None:
-        sections.append(ratings_section(report.ratings, pictures))
-    if report.thresholds is not None:
-        sections.append(thresholds_section(report.thresholds))
+    for part in report.parts:
+        sections += part.sections(pictures)
     if report.observers is not None:
         sections.append(observers_section(report.observers, report.kept))
     sections += [

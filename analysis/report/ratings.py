@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
+from analysis.classes.conclusions import Conclusion, concluded, with_shares
 from analysis.kinds.preference import PreferenceRecord
-from analysis.ratings.preferences import Preferences
-from analysis.ratings.ratings import RatingSummary, ScaleSummary
+from analysis.ratings.preferences import Preferences, preferences
+from analysis.ratings.ratings import RatingSummary, ScaleSummary, ratings_in
+from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import SessionLog
+from analysis.report.checks import FailedCheck
 from analysis.report.figures import draw_dots
+from analysis.report.part import Part, draws_of_means
+from analysis.report.references import Citations
 from analysis.report.summary import wilson_interval
-from analysis.report.words import fixed, p_words, percent
+from analysis.report.words import counted, fixed, listed, p_words, percent, some
 from analysis.series.observer_means import Estimate, means
 from documents.arrays import Floats
 from documents.figures import NARROW_IN, WIDE_IN
@@ -38,7 +44,68 @@ _TITLES = {
 }
 
 
+# By what was rated, what follows: its number of ratings, a scale in a check that failed, and a choice in Methods.
+_COUNTED = {"alone": "", "chosen": " of the stimuli chosen of two", "both": " of both stimuli of a pair"}
+_CHECKED = {"alone": "", "chosen": ", of stimuli chosen of two", "both": ", of both stimuli of pairs"}
+_AFTER = {"chosen": "the stimulus chosen was", "both": "both stimuli were"}
 _INTERVALS = {True: "that stay on the scale", False: "by Student's t, since a log does not say where the scale ends"}
+
+
+def ratings_part(sessions: Sequence[SessionLog]) -> Part | None:
+    """Return what a report says of ratings of stimuli, alone or after a choice; None without any."""
+    summary = ratings_in(sessions)
+    if summary is None:
+        return None
+    return Part(
+        key="ratings",
+        result=summary,
+        sentences=tuple(_sentences(summary, who_answered(sessions))),
+        sections=lambda pictures: (ratings_section(summary, pictures),),
+        failed=tuple(_failed(summary)),
+        task=tuple(_task(summary)),
+        analysis=lambda cited: _analysis(summary, cited),
+        effects="Effect sizes of ratings are means in points of the scale and in z, with 95 % intervals.",
+    )
+
+
+def _sentences(summary: RatingSummary, who: WhoAnswered) -> Iterator[str]:
+    for of, rated in _COUNTED.items():
+        raters = [rater for scale in summary.scales if scale.of == of for rater in scale.observers]
+        if raters:
+            count = counted(sum(rater.ratings for rater in raters), "rating")
+            yield f"{who.words({rater.observer for rater in raters})}, {count}{rated}."
+
+
+def _failed(summary: RatingSummary) -> Iterator[FailedCheck]:
+    for scale in summary.scales:
+        who = [observer.observer for observer in scale.observers if observer.flagged]
+        if who:
+            yield FailedCheck(
+                f"Ratings of {some(who)} on the scale {scale.scale}{_CHECKED[scale.of]}",
+                "Many of their ratings are far from the others' (rule of BT.500).",
+                "Look at the session. Nobody is left out by this rule; to leave an observer out, give --without CODE.",
+            )
+
+
+def _task(summary: RatingSummary) -> Iterator[str]:
+    """Yield what was rated after choices between two stimuli, and on what."""
+    for of, what in _AFTER.items():
+        scales = [scale.scale for scale in summary.scales if scale.of == of]
+        if scales:
+            on = f"the {'scale' if len(scales) == 1 else 'scales'} {listed(scales)}"
+            yield f"After the choice between two, {what} rated on {on}."
+
+
+def _analysis(summary: RatingSummary, cited: Citations) -> str:
+    what = "Mean opinion scores" if any(scale.of == "alone" for scale in summary.scales) else "Mean ratings"
+    if all(scale.ends for scale in summary.scales):
+        how = (
+            "that stay on the scale: Wilson's for shares, at the answers that would have the variance of the "
+            f"observers' means with one more that differs by a point {cited.cite('Wilson1927')}"
+        )
+    else:
+        how = f"by Student's t over the observers' means {cited.cite('ITU500')}"
+    return f"{what} have 95 % intervals {how}."
 
 
 def ratings_section(summary: RatingSummary, pictures: Mapping[str, str] = MappingProxyType({})) -> Section:
@@ -109,6 +176,41 @@ def _raters(scale: ScaleSummary) -> Table:
     _, title, _, end = _TITLES[scale.of]
     title = f"{title.format(scale.scale)}; BT.500's rule is information, nobody is left out by it"
     return Table(f"raters_{scale.scale}{end}", title, columns, rows, folded=True)
+
+
+def preferences_part(sessions: Sequence[SessionLog]) -> Part | None:
+    """Return what a report says of choices between stereo and flat; None without any."""
+    chosen = preferences(sessions)
+    if not chosen.by_observer:
+        return None
+    return Part(
+        key="preferences",
+        result=chosen,
+        sentences=(chosen.sentence,),
+        sections=lambda _: (preferences_section(sessions, chosen),),
+        conclusions=lambda: _conclusions(chosen),
+        analysis=lambda cited: (
+            "Shares for stereo have percentile intervals by bootstrap over observers, at levels widened for few "
+            f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
+        ),
+        draws=(draws_of_means(),),
+        p_values=("The p value of the sign test over observers is two-sided and exact.",),
+        effects="The effect size of stereo is its share of the choices, with a 95 % interval.",
+    )
+
+
+def _conclusions(chosen: Preferences) -> tuple[Conclusion, ...]:
+    """Return whether one of stereo and flat is preferred, by the sign test over observers."""
+    signs = np.sign([stereo - flat for stereo, flat in chosen.by_observer.values()])
+
+    def test(signs: NDArray[np.int_]) -> Conclusion:
+        decided = int(np.count_nonzero(signs))
+        p = sign_test(int((signs > 0).sum()), decided) if decided else None
+        return concluded("stereo over flat", p, None)
+
+    share = share_for_stereo(chosen)
+    found = replace(test(signs), estimate=share.value, low=share.low, high=share.high, unit="of the choices")
+    return with_shares([found], [test(np.delete(signs, place)) for place in range(len(signs))])
 
 
 def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> Section:

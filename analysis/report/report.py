@@ -12,9 +12,6 @@ from analysis.kinds.kinds import KINDS
 from analysis.observers.filters import KeptSessions
 from analysis.observers.table import ObserverTable
 from analysis.power.smallest import SmallestDifference
-from analysis.ratings.preferences import Preferences
-from analysis.ratings.ratings import OF, RatingSummary
-from analysis.records.answered_by import who_answered
 from analysis.records.lines import Header
 from analysis.records.seen import what_eyes_saw
 from analysis.records.session_record import SessionLog
@@ -22,20 +19,15 @@ from analysis.report.checklist import Methods
 from analysis.report.checks import FailedCheck
 from analysis.report.grouped import GroupedSummary
 from analysis.report.not_reported import Unreported, unreported
+from analysis.report.part import Part
 from analysis.report.reviewers import Review
 from analysis.report.summary import Summary
-from analysis.report.words import counted
-from analysis.series.summary import SeriesSummary
-from analysis.thresholds.summary import ThresholdSummary
 from documents.text import JsonResult
-
-PAGES = ("instructions", "break")
-_RATED = {"alone": "", "chosen": " of the stimuli chosen of two", "both": " of both stimuli of a pair"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report(JsonResult):
-    """The results on the page; None for each part without records.
+    """The results on the page; None for what has no records.
 
     Attributes
     ----------
@@ -54,10 +46,8 @@ class Report(JsonResult):
         What reviewers ask of the scores, by its key in JSON; empty without scores on one scale.
     group_reviews
         Of scores within groups, the probability of every pair, equivalence and other analyses, by the group's name.
-    series, preferences, thresholds
-        Results of blocks of the kinds ``best_of_series``, ``preference`` and ``threshold``.
-    ratings
-        Ratings of single stimuli, and those that followed choices between two.
+    parts
+        What is said of trials of other kinds, as these name it: series, ratings, preferences, thresholds.
     notes
         Sentences that a reader needs before the numbers.
     failed
@@ -77,10 +67,7 @@ class Report(JsonResult):
     observers: ObserverTable | None
     review: Review
     group_reviews: Mapping[str, Review]
-    series: SeriesSummary | None
-    ratings: RatingSummary | None
-    preferences: Preferences | None
-    thresholds: ThresholdSummary | None
+    parts: tuple[Part, ...]
     notes: tuple[str, ...]
     failed: tuple[FailedCheck, ...]
     methods: Methods = field(default_factory=Methods)
@@ -91,14 +78,13 @@ class Report(JsonResult):
         "groups": "*",
         "failed": "failed_checks",
         "observers": "observer_table",
-        "thresholds.questions": "thresholds",
+        "by_part": "*",
         "number": "sessions",
     }
     json_names: ClassVar = (
         "header.experiment header.question number kept what_eyes_saw pairs groups conclusions notes failed factors "
-        "observers review group_reviews series ratings preferences thresholds.questions methods not_reported"
+        "observers review group_reviews by_part methods not_reported"
     )
-    json_optional: ClassVar = ("preferences", "thresholds.questions")
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -121,20 +107,15 @@ class Report(JsonResult):
     @property
     def sentences(self) -> tuple[str, ...]:
         """The numbers of observers and answers, a sentence for each part."""
-        sentences = [part.sentence for part in (self.pairs, self.groups, self.series) if part is not None]
+        sentences = [compared.sentence for compared in (self.pairs, self.groups) if compared is not None]
         if self.smallest is not None and self.smallest.nats is not None:
             sentences.append(self.smallest.sentence)  # one that finds nothing is among the notes
-        if self.preferences is not None:
-            sentences.append(self.preferences.sentence)
-        if self.thresholds is not None:
-            sentences.append(self.thresholds.sentence)
-        if self.ratings is not None:
-            for of in OF:
-                raters = [rater for scale in self.ratings.scales if scale.of == of for rater in scale.observers]
-                who = who_answered(self.sessions).words({rater.observer for rater in raters})
-                count = counted(sum(rater.ratings for rater in raters), "rating")
-                sentences += [f"{who}, {count}{_RATED[of]}."] if raters else []
-        return tuple(sentences)
+        return (*sentences, *(sentence for part in self.parts for sentence in part.sentences))
+
+    @property
+    def by_part(self) -> dict[str, Any]:
+        """The result of each part; those of series and of ratings are always there."""
+        return {"series": None, "ratings": None} | {part.key: part.result for part in self.parts}
 
     @property
     def number(self) -> int:

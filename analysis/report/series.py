@@ -2,16 +2,110 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from analysis.classes.conclusions import Conclusion, with_shares
+from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.errors import ResultsError
+from analysis.inference.conclusions import MOST_REFITS
+from analysis.inference.multiverse_analysis import observer_parts
+from analysis.kinds.best_of_series import BestOfSeriesRecord
+from analysis.records.session_record import SessionLog
 from analysis.report.agreement import series_agreement
 from analysis.report.bars import BarFigure
-from analysis.report.words import fixed
+from analysis.report.part import Part, draws_of_means, draws_of_weights
+from analysis.report.references import Citations
+from analysis.report.words import counted, fixed
+from analysis.series import paired_tests
 from analysis.series.just_noticeable import StepSize
 from analysis.series.observer_means import Estimate
-from analysis.series.summary import SeriesSummary
+from analysis.series.summary import SeriesSummary, all_tests, conclusions_of_tests, summarise_series
 from documents import Finding
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import Block, Cell, Column, Figure, Paragraph, Section, Table
+
+FEW_DRAWS = 9999  # for tests of which only the verdict counts
+_HOLM = ADJUSTMENT_NAMES["holm"]
+
+
+def series_part(sessions: Sequence[SessionLog]) -> Part | None:
+    """Return what a report says of choices from series; None without any."""
+    if not any(session.of(BestOfSeriesRecord) for session in sessions):
+        return None
+    summary = summarise_series(sessions)
+    return Part(
+        key="series",
+        result=summary,
+        sentences=(summary.sentence,),
+        notes=[note for note in summary.notes if "simulated" not in note],
+        sections=lambda _: series_sections(summary),
+        conclusions=lambda: _conclusions(summary),
+        analysis=lambda cited: _analysis(summary, cited),
+        draws=tuple(_draws(summary)),
+        p_values=tuple(_p_values(summary)),
+        families=tuple(_families(summary)),
+        effects="Effect sizes of series are shares of choices, and of ratings the mean differences with 95 % "
+        "intervals, Cohen's d of paired differences, and Kendall's W.",
+    )
+
+
+def _conclusions(summary: SeriesSummary) -> tuple[Conclusion, ...]:
+    """Return what is concluded of ratings and choices of every two kinds of series, and of ratings of two paints."""
+    others: list[Conclusion] = []
+    choices = summary.choices
+    part, names = observer_parts(choices.observers, MOST_REFITS)
+    for number in range(len(names) - 1):
+        kept = tuple(choice for choice in choices.choices if part[choice.observer] != number)
+        others += conclusions_of_tests(*all_tests(replace(choices, choices=kept), FEW_DRAWS))
+    return with_shares(summary.conclusions, others)
+
+
+def _analysis(summary: SeriesSummary, cited: Citations) -> str:
+    weighted = f"{weighting(summary)} The scores are those of {cited.cite('Medina2016')}. " if summary.weight else ""
+    return (
+        f"{weighted}Intervals are percentile intervals by bootstrap over observers, at levels widened for few "
+        f"observers {cited.cite('Hesterberg2015')}. The just noticeable step is 0.674 standard deviations of an "
+        f"observer's matches {cited.cite('Gescheider1997')}. Tests between series are permutation tests within "
+        f"observers, with Holm's correction {cited.cite('Holm1979')}; several series are compared by Friedman's "
+        f"test {cited.cite('Friedman1937')}."
+    )
+
+
+def _draws(summary: SeriesSummary) -> Iterator[str]:
+    yield draws_of_means()
+    observers = len(summary.choices.observers)
+    if any(step.fit_by_observers for step in summary.steps):
+        yield draws_of_weights(observers)
+    if observers > paired_tests.MOST_EXACT and (summary.kind_tests or summary.paint_tests or summary.choice_tests):
+        draws, seed = paired_tests.DRAWS, paired_tests.SEED
+        yield f"{draws:,} random signs of the observers for each permutation test (seed {seed})"
+    if any(test.p is not None for test in summary.level_tests):
+        draws, seed = paired_tests.COCHRAN_DRAWS, paired_tests.COCHRAN_SEED
+        yield f"{draws:,} permutations for each test of a level (seed {seed})"
+
+
+def _p_values(summary: SeriesSummary) -> Iterator[str]:
+    if summary.kind_tests or summary.paint_tests:
+        yield (
+            "Of the p values of two conditions that of the permutation test after Holm's correction is to be "
+            "reported; Nemenyi's stands beside it."
+        )
+    if any(step.fit_by_observers for step in summary.steps):
+        yield "The fit of a step is judged by the p value by observers."
+
+
+def _families(summary: SeriesSummary) -> Iterator[str]:
+    for what, tests in (("kinds of series", summary.kind_tests), ("groups of pictures", summary.paint_tests)):
+        for scale, test in tests.items():
+            yield f"{counted(len(test.pairs), 'pair')} of {what} rated for {scale}, with {_HOLM}"
+    if summary.choice_tests:
+        yield f"the choices of {counted(len(summary.choice_tests), 'pair')} of kinds of series, with {_HOLM}"
+    if tested := [test for test in summary.level_tests if test.p is not None]:
+        yield f"the choices of {counted(len(tested), 'level')}, with {_HOLM}"
+    for kind in dict.fromkeys(test.kind for test in summary.neighbours):
+        number = sum(test.kind == kind for test in summary.neighbours)
+        yield f"{counted(number, 'pair')} of neighbouring levels of {kind}, with {_HOLM}"
 
 
 def series_sections(summary: SeriesSummary) -> list[Section]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from analysis.bootstrap.replicates import SEED as BOOTSTRAP_SEED
@@ -15,21 +15,15 @@ from analysis.inference.fit_of_pairs import PairResiduals
 from analysis.inference.tost import Equivalence
 from analysis.inference.transitivity_tests import SEED as TRIPLES_SEED
 from analysis.inference.transitivity_tests import Transitivity
-from analysis.kinds.threshold import ThresholdRecord
 from analysis.observers.concordance import SEED as SHUFFLES_SEED
-from analysis.ratings.ratings import RatingSummary
-from analysis.records.session_record import SessionLog
 from analysis.report.grouped import GroupedSummary
+from analysis.report.part import draws_of_weights
 from analysis.report.references import Citations
 from analysis.report.reviewers import Review
-from analysis.report.series import weighting
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, listed, percent
 from analysis.scaling import learnt_prior
-from analysis.scaling.robust_tests import FEWEST_OBSERVERS, draws_for
-from analysis.scaling.robust_tests import SEED as WEIGHTS_SEED
-from analysis.series import observer_means, paired_tests
-from analysis.series.summary import SeriesSummary
+from analysis.scaling.robust_tests import FEWEST_OBSERVERS
 
 if TYPE_CHECKING:
     from analysis.report.report import Report
@@ -40,22 +34,19 @@ def analysis_words(report: Report, cited: Citations) -> str:
     compared = report.pairs or report.groups
     parts = [
         _compared(compared, ADJUSTMENT_NAMES[compared.adjust], cited) if compared else "",
-        _others(
-            cited,
-            series=report.series,
-            ratings=report.ratings,
-            preferences=report.preferences is not None,
-            factors=report.factors is not None,
-            observers=report.observers is not None,
-        ),
-        _thresholds(report.sessions, cited) if report.thresholds is not None else "",
+        f"Circular triads and Kendall's u are those of {cited.cite('Kendall1940')}." if report.observers else "",
+        "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in them "
+        f"{cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
+        if report.factors
+        else "",
+        *(part.analysis(cited) for part in report.parts),
     ]
     return " ".join(filter(None, parts)) or "No score, mean or threshold was computed."
 
 
 def draws_words(report: Report, cited: Citations) -> str:
     """Say how many random draws were made for what, with which seed."""
-    made = list(dict.fromkeys([*_draws_of_pairs(report), *_draws_of_others(report)]))
+    made = list(dict.fromkeys([*_draws_of_pairs(report), *(draw for part in report.parts for draw in part.draws)]))
     if not made:
         return "Nothing in the report was computed from random draws."
     return f"Random draws: {'; '.join(made)}. The seeds are fixed: the same answers give the same numbers."
@@ -87,7 +78,7 @@ def _draws_of_pairs(report: Report) -> Iterator[str]:
             yield f"{draws:,} draws for the maximum of z (seed {MAXZ_SEED})"
     compared = report.pairs or report.groups
     if compared and _by_observers(report):
-        yield _weights(len(compared.observers))
+        yield draws_of_weights(len(compared.observers))
     concordance = report.observers.concordance if report.observers else None
     if concordance is not None and concordance.strangers_p is not None:
         yield (
@@ -100,34 +91,12 @@ def _draws_of_pairs(report: Report) -> Iterator[str]:
         yield f"{models.folds} random folds of the observers for the comparison of models (seed {FOLDS_SEED})"
 
 
-def _weights(observers: int) -> str:
-    return f"{draws_for(observers):,} draws for each test by bootstrap over observers (seed {WEIGHTS_SEED})"
-
-
 def _by_observers(report: Report) -> bool:
     """Whether a test of pairs has the observer as its unit, by a bootstrap."""
     factors = report.factors
     of_factors = [test.by_observers for test in factors.tests] if factors else []
     of_factors += [test.by_observers for test in factors.interactions] if factors else []
     return any(of_factors) or any(scale.one_scale and scale.one_scale.by_observers for scale in _scales(report))
-
-
-def _draws_of_others(report: Report) -> Iterator[str]:
-    series = report.series
-    if series or report.thresholds is not None or report.preferences is not None:
-        samples, seed = observer_means.REPLICATES, observer_means.SEED
-        yield f"{samples:,} bootstrap samples of the observers for each interval of means (seed {seed})"
-    if series is None:
-        return
-    observers = len(series.choices.observers)
-    if any(step.fit_by_observers for step in series.steps):
-        yield _weights(observers)
-    if observers > paired_tests.MOST_EXACT and (series.kind_tests or series.paint_tests or series.choice_tests):
-        draws, seed = paired_tests.DRAWS, paired_tests.SEED
-        yield f"{draws:,} random signs of the observers for each permutation test (seed {seed})"
-    if any(test.p is not None for test in series.level_tests):
-        draws, seed = paired_tests.COCHRAN_DRAWS, paired_tests.COCHRAN_SEED
-        yield f"{draws:,} permutations for each test of a level (seed {seed})"
 
 
 VERDICTS = (
@@ -163,16 +132,7 @@ def p_words(report: Report, cited: Citations) -> str:
         parts.append("The p value of circular triads is the mid-p value.")
     if isinstance(report.review.get("transitivity"), Transitivity):
         parts.append("Of the two p values of transitivity the larger one counts.")
-    series = report.series
-    if series and (series.kind_tests or series.paint_tests):
-        parts.append(
-            "Of the p values of two conditions that of the permutation test after Holm's correction is to be "
-            "reported; Nemenyi's stands beside it."
-        )
-    if series and any(step.fit_by_observers for step in series.steps):
-        parts.append("The fit of a step is judged by the p value by observers.")
-    if report.preferences is not None and report.preferences.by_observer:
-        parts.append("The p value of the sign test over observers is two-sided and exact.")
+    parts += [sentence for part in report.parts for sentence in part.p_values]
     return " ".join(parts) or "No p value is reported."
 
 
@@ -209,24 +169,11 @@ def _families(report: Report) -> Iterator[str]:
     crossed = [test for test in factors.interactions if test.p is not None] if factors else []
     if crossed:
         yield f"{counted(len(crossed), 'interaction')} of factors, with {_HOLM}"
-    if report.series:
-        yield from _families_of_series(report.series)
+    for part in report.parts:
+        yield from part.families
 
 
 _HOLM = ADJUSTMENT_NAMES["holm"]
-
-
-def _families_of_series(series: SeriesSummary) -> Iterator[str]:
-    for what, tests in (("kinds of series", series.kind_tests), ("groups of pictures", series.paint_tests)):
-        for scale, test in tests.items():
-            yield f"{counted(len(test.pairs), 'pair')} of {what} rated for {scale}, with {_HOLM}"
-    if series.choice_tests:
-        yield f"the choices of {counted(len(series.choice_tests), 'pair')} of kinds of series, with {_HOLM}"
-    if tested := [test for test in series.level_tests if test.p is not None]:
-        yield f"the choices of {counted(len(tested), 'level')}, with {_HOLM}"
-    for kind in dict.fromkeys(test.kind for test in series.neighbours):
-        number = sum(test.kind == kind for test in series.neighbours)
-        yield f"{counted(number, 'pair')} of neighbouring levels of {kind}, with {_HOLM}"
 
 
 def effect_words(report: Report, cited: Citations) -> str:
@@ -243,17 +190,7 @@ def effect_words(report: Report, cited: Citations) -> str:
     if report.factors and report.factors.effects:
         by = " by observers" if any(effect.robust_p is not None for effect in report.factors.effects) else ""
         parts.append(f"Effects of factors are differences of log strength too, with 95 % intervals{by}.")
-    if report.series:
-        parts.append(
-            "Effect sizes of series are shares of choices, and of ratings the mean differences with 95 % intervals, "
-            "Cohen's d of paired differences, and Kendall's W."
-        )
-    if report.preferences is not None and report.preferences.by_observer:
-        parts.append("The effect size of stereo is its share of the choices, with a 95 % interval.")
-    if report.ratings is not None:
-        parts.append("Effect sizes of ratings are means in points of the scale and in z, with 95 % intervals.")
-    if report.thresholds is not None:
-        parts.append("Effect sizes of thresholds are the thresholds in units of their factor, with 95 % intervals.")
+    parts += [part.effects for part in report.parts if part.effects]
     return " ".join(parts) or "No effect size is reported."
 
 
@@ -344,69 +281,3 @@ def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations)
         wilson, kish = cited.cite("Wilson1927"), cited.cite("Kish1965")
         parts.append(f"Shares have Wilson's intervals {wilson}, for the effective number of answers {kish}.")
     return " ".join(parts)
-
-
-def _others(
-    cited: Citations,
-    *,
-    series: SeriesSummary | None,
-    ratings: RatingSummary | None,
-    preferences: bool,
-    factors: bool,
-    observers: bool,
-) -> str:
-    parts = []
-    if observers:
-        parts.append(f"Circular triads and Kendall's u are those of {cited.cite('Kendall1940')}.")
-    if factors:
-        parts.append(
-            "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in "
-            f"them {cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
-        )
-    if series:
-        if series.weight:
-            parts.append(f"{weighting(series)} The scores are those of {cited.cite('Medina2016')}.")
-        parts.append(
-            "Intervals are percentile intervals by bootstrap over observers, at levels widened for few observers "
-            f"{cited.cite('Hesterberg2015')}. The just noticeable step is 0.674 standard deviations of an "
-            f"observer's matches {cited.cite('Gescheider1997')}. Tests between series are permutation tests within "
-            f"observers, with Holm's correction {cited.cite('Holm1979')}; several series are compared by Friedman's "
-            f"test {cited.cite('Friedman1937')}."
-        )
-    if preferences:
-        parts.append(
-            "Shares for stereo have percentile intervals by bootstrap over observers, at levels widened for few "
-            f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
-        )
-    if ratings:
-        what = "Mean opinion scores" if any(scale.of == "alone" for scale in ratings.scales) else "Mean ratings"
-        if all(scale.ends for scale in ratings.scales):
-            how = (
-                "that stay on the scale: Wilson's for shares, at the answers that would have the variance of the "
-                f"observers' means with one more that differs by a point {cited.cite('Wilson1927')}"
-            )
-        else:
-            how = f"by Student's t over the observers' means {cited.cite('ITU500')}"
-        parts.append(f"{what} have 95 % intervals {how}.")
-    return " ".join(parts)
-
-
-_FUNCTIONS = {"weibull": "Weibull", "logistic": "logistic", "normal": "cumulative normal"}
-
-
-def _thresholds(sessions: Sequence[SessionLog], cited: Citations) -> str:
-    """Say how levels were chosen, and how thresholds were estimated."""
-    trials = [trial for session in sessions for trial in session.of(ThresholdRecord)]
-    methods = dict.fromkeys(trial.method for trial in trials)
-    words = {
-        "quest_plus": f"QUEST+ {cited.cite('Watson2017')}",
-        "staircase": f"weighted up-down staircases {cited.cite('Kaernbach1991')}",
-    }
-    by = listed(words[method] for method in words if method in methods)
-    functions = listed(name for key, name in _FUNCTIONS.items() if key in {trial.function for trial in trials})
-    return (
-        f"Levels were chosen by {by}. Thresholds, slopes and rates are those of the {functions} function, of each "
-        f"observer from the posterior over a grid of parameters {cited.cite('Schutt2016')}; means over observers have "
-        "percentile intervals by bootstrap over observers, at levels widened for few observers "
-        f"{cited.cite('Hesterberg2015')}."
-    )

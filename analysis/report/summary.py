@@ -252,7 +252,7 @@ def analysis_options(
         "alpha": own.alpha if alpha is None else alpha,
         "adjust": adjust or own.adjust,
         "covariance": covariance or own.covariance,
-        "chosen": any(trial.kind == "active_pairs" for session in sessions for trial in session.trials),
+        "chosen": any(is_comparison(trial) and trial.by_answers for session in sessions for trial in session.trials),
     }
 
 

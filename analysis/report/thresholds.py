@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.kinds.threshold import ThresholdRecord
+from analysis.records.session_record import SessionLog
+from analysis.report.part import Part, draws_of_means
+from analysis.report.references import Citations
 from analysis.report.series import words
+from analysis.report.words import listed
 from analysis.thresholds.fit import ThresholdFit
-from analysis.thresholds.summary import ObserverThreshold, QuestionSummary, ThresholdSummary
+from analysis.thresholds.summary import ObserverThreshold, QuestionSummary, ThresholdSummary, summarise_thresholds
 from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, Drawing, drawing, drawn, short
 from documents.pages import Block, Cell, Column, Figure, Interval, Paragraph, Section, Table
 
@@ -91,6 +96,44 @@ def _draw(axes: Axes, fit: ThresholdFit) -> None:
     axes.set_axisbelow(True)
     axes.tick_params(colors=INK, labelsize=8)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+_METHODS = {
+    "quest_plus": ("QUEST+ {}", "Watson2017"),
+    "staircase": ("weighted up-down staircases {}", "Kaernbach1991"),
+}
+_FUNCTIONS = {"weibull": "Weibull", "logistic": "logistic", "normal": "cumulative normal"}
+
+
+def thresholds_part(sessions: Sequence[SessionLog]) -> Part | None:
+    """Return what a report says of thresholds; None without any."""
+    trials = [trial for session in sessions for trial in session.of(ThresholdRecord)]
+    if not trials:
+        return None
+    summary = summarise_thresholds(sessions)
+    return Part(
+        key="thresholds",
+        result=summary.questions,
+        sentences=(summary.sentence,),
+        notes=summary.notes,
+        sections=lambda _: (thresholds_section(summary),),
+        analysis=lambda cited: _analysis(trials, cited),
+        draws=(draws_of_means(),),
+        effects="Effect sizes of thresholds are the thresholds in units of their factor, with 95 % intervals.",
+    )
+
+
+def _analysis(trials: Sequence[ThresholdRecord], cited: Citations) -> str:
+    """Say how levels were chosen, and how thresholds were estimated."""
+    methods, functions = {trial.method for trial in trials}, {trial.function for trial in trials}
+    by = listed(words.format(cited.cite(work)) for method, (words, work) in _METHODS.items() if method in methods)
+    return (
+        f"Levels were chosen by {by}. Thresholds, slopes and rates are those of the "
+        f"{listed(name for key, name in _FUNCTIONS.items() if key in functions)} function, of each "
+        f"observer from the posterior over a grid of parameters {cited.cite('Schutt2016')}; means over observers have "
+        "percentile intervals by bootstrap over observers, at levels widened for few observers "
+        f"{cited.cite('Hesterberg2015')}."
+    )
 
 
 def thresholds_section(summary: ThresholdSummary) -> Section:

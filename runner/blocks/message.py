@@ -16,7 +16,6 @@ from runner.ports import Ask, Target
 from runner.presenter.lettering import text_area
 from runner.scene import Offset, Scene
 
-PAGES = ("instructions", "break")
 CONTINUE_KEYS = {"space": "continue", "enter": "continue", "pad_a": "continue"}
 _TYPE, _WIDTH, _HINT_BELOW, _HINT_ROOM = 26, 860, 60, 20
 

@@ -12,7 +12,7 @@ from pydantic import Field
 from documents.yaml import Natural, Strict
 from runner.blocks.block import Block, BlockKind, Draft, Fault, Hold, Response, Steps, answer
 from runner.blocks.interface import ENGLISH
-from runner.blocks.message import PAGES, page
+from runner.blocks.message import page
 from runner.blocks.registry import AnyBlock
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
@@ -119,7 +119,7 @@ class Practice(BlockKind):
                 response = answer((yield step))
                 if isinstance(step.task, Choose) and step.task.correct is not None:
                     correct = response.meaning == step.task.correct
-            elif step.kind in PAGES or "outcome" in step.data:
+            elif self.block.is_page or "outcome" in step.data:
                 continue  # a page of words inside the block is no trial, and what came of a test neither
             else:
                 if isinstance(step.data.get("correct"), bool):

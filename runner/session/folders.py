@@ -108,7 +108,7 @@ def unfinished(results: Path, experiment: str, observer: str) -> SessionLog | No
 
 def answered(log: SessionLog) -> int:
     """Return how many trials were answered, pages of words apart."""
-    return len({answer.place for answer in log.answers if answer.kind not in ("instructions", "break")})
+    return len({answer.place for answer in log.answers if not answer.is_page})
 
 
 def is_running(folder: Path) -> bool:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -36,7 +35,7 @@ def main(input_file: str, output_file: str) -> None:
     size_px = (picture.width_px, picture.height_px)
     words = Scene((Text("Which is closer?", (3, 5)),))
     with open_surface("window", size_px, stereo=True) as surface:
-        facts = json.dumps(asdict(surface.facts))
+        facts = json.dumps(surface.facts.to_json())
         with Presenter(surface, find_mode("quad-buffered"), models, lambda _: picture) as presenter:
             presenter.show(Scene((Picture("ramps"),)))
             eyes = presenter.capture()
