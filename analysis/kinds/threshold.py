@@ -73,6 +73,11 @@ class ThresholdRecord(Trial):
         return self.answer
 
     @property
+    def is_right(self) -> bool:
+        """Whether what was shown was seen, or told from the reference."""
+        return self.answer == ("yes" if self.task == "yes_no" else self.correct_answer)
+
+    @property
     def stimuli(self) -> tuple[str, ...]:
         """The stimulus, and the reference of a forced choice."""
         return (self.stimulus,) if self.reference is None else (self.stimulus, self.reference)

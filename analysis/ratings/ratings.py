@@ -1,4 +1,4 @@
-"""Ratings of stimuli: mean opinion scores, z scores within observers, and BT.500's screening.
+"""Ratings of stimuli (mean opinion scores, z within observers, BT.500's screening), and choices of stereo or flat.
 
 A stimulus is rated ``alone``, or after a choice between two: the ``chosen`` one, or ``both``. These are never pooled: a
 stimulus that was chosen is rated beside what it was better than, and only when it was. Ratings after a choice from a
@@ -13,13 +13,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
+from analysis.kinds.preference import PreferenceRecord
 from analysis.kinds.trial import Of, Trial
+from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog
 from analysis.records.times import in_time
@@ -323,3 +325,62 @@ def _on_scale(values: Floats, ends: tuple[int, int]) -> tuple[float, float] | No
     above = (values - low)[:, None]
     (mean,) = bounded_means(above, above**2, np.ones_like(above), high - low, step=1.0)
     return None if mean.low is None or mean.high is None else (low + mean.low, low + mean.high)
+
+
+VIEWS = ("stereo", "flat")
+
+
+@dataclass(frozen=True, slots=True)
+class Preferences:
+    """The trials of the kind ``preference``: by observer, how often stereo and how often flat was chosen.
+
+    ``who`` says who answered in the sessions. The answers of an observer are correlated: the independent units are the
+    observers.
+    """
+
+    by_observer: dict[str, tuple[int, int]]
+    who: WhoAnswered
+
+    @property
+    def stereo(self) -> int:
+        """How often the stereo version was chosen."""
+        return sum(stereo for stereo, _ in self.by_observer.values())
+
+    @property
+    def flat(self) -> int:
+        """How often the flat version was chosen."""
+        return sum(flat for _, flat in self.by_observer.values())
+
+    @property
+    def observers_for_stereo(self) -> int:
+        """How many observers chose stereo more often than flat."""
+        return sum(stereo > flat for stereo, flat in self.by_observer.values())
+
+    @property
+    def observers_for_flat(self) -> int:
+        """How many observers chose flat more often than stereo."""
+        return sum(flat > stereo for stereo, flat in self.by_observer.values())
+
+    @property
+    def sentence(self) -> str:
+        """The counts in words."""
+        total, people = self.stereo + self.flat, self.who.words(self.by_observer)
+        return (
+            f"Of {total} preferences between stereo and flat, {self.stereo} are for stereo; of {people}, "
+            f"{self.observers_for_stereo} chose stereo more often and {self.observers_for_flat} flat."
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        people = {name: dict(zip(VIEWS, counts, strict=True)) for name, counts in self.by_observer.items()}
+        return {"stereo": self.stereo, "flat": self.flat, "observers": people}
+
+
+def preferences(sessions: Sequence[SessionLog]) -> Preferences:
+    """Count the preferences of ``sessions``, each trial's last attempt."""
+    chosen: dict[str, list[str]] = {}
+    for session in sessions:
+        for trial in session.of(PreferenceRecord):
+            chosen.setdefault(session.header.observer, []).append(trial.chosen_view)
+    counts = {name: (views.count("stereo"), views.count("flat")) for name, views in chosen.items()}
+    return Preferences(counts, who_answered(sessions))

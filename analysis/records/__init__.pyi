@@ -1,5 +1,4 @@
 from .answered_by import Pool as Pool
-from .answered_by import WhoAnswered as WhoAnswered
 from .answered_by import pool as pool
 from .answered_by import who_answered as who_answered
 from .check import ResultsCheck as ResultsCheck

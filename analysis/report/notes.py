@@ -11,7 +11,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.fast_answers import FastAnswers
 from analysis.observers.responses import catch_results
 from analysis.power.smallest import SmallestDifference
-from analysis.ratings.preferences import preferences
+from analysis.ratings.ratings import preferences
 from analysis.records.answered_by import who_answered
 from analysis.records.codes import Sitting, notes_on_codes, notes_on_sittings
 from analysis.records.seal import notes_on_seals

@@ -52,17 +52,10 @@ def write_report(
 
     Parameters
     ----------
-    sessions
-        Sessions of one experiment.
+    sessions, alpha, adjust, covariance, rule, given
+        As `analysis.report.describe`.
     output
         The page. Its folder is made if it does not exist.
-    alpha, adjust, covariance
-        Significance level, correction for multiple comparisons, and standard errors of the classes; None takes those of
-        the first session's header.
-    rule
-        Which observers to leave out; nobody if None. The page reports it.
-    given
-        Facts for Methods that no log holds, by the code of their item; None: none are known.
     published
         Published score and class by stimulus, to show beside the computed ones.
     thumbnails

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.classes.conclusions import Conclusion, concluded, with_shares
 from analysis.kinds.preference import PreferenceRecord
-from analysis.ratings.preferences import Preferences, preferences
-from analysis.ratings.ratings import RatingSummary, ScaleSummary, ratings_in
+from analysis.ratings.ratings import Preferences, RatingSummary, ScaleSummary, preferences, ratings_in
 from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.session_record import SessionLog
 from analysis.report.checks import FailedCheck

@@ -16,7 +16,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.observers.responses import catch_results, first_choices
 from analysis.power.smallest import SmallestDifference, smallest_in
-from analysis.ratings.preferences import preferences
+from analysis.ratings.ratings import preferences
 from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.lines import Header
 from analysis.records.session_record import SessionLog

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 from analysis.errors import ResultsError
@@ -101,14 +101,6 @@ class ThresholdSummary:
         return tuple(f"Threshold of {each.question.name}: {each.warning}. {remedy}" for each in warned)
 
 
-@dataclass(slots=True)
-class _Answers:
-    levels: list[float] = field(default_factory=list)
-    right: list[bool] = field(default_factory=list)
-    yes: int = 0
-    blanks: int = 0
-
-
 def summarise_thresholds(sessions: Sequence[SessionLog]) -> ThresholdSummary:
     """Fit the thresholds of one experiment's sessions, by each trial's last attempt.
 
@@ -129,11 +121,11 @@ def summarise_thresholds(sessions: Sequence[SessionLog]) -> ThresholdSummary:
         If the sessions cannot be analysed together, or have no such trial.
     """
     refuse_mixtures(sessions)
-    asked: dict[Question, dict[str, _Answers]] = {}
+    asked: dict[Question, dict[str, list[ThresholdRecord]]] = {}
     for session in in_time(sessions):
         for trial in session.of(ThresholdRecord):
             people = asked.setdefault(_question(trial), {})
-            _add(people.setdefault(session.header.observer, _Answers()), trial)
+            people.setdefault(session.header.observer, []).append(trial)
     if not asked:
         files = ", ".join(str(session.file) for session in sessions[:3])
         what = "the results hold no trial of a threshold"
@@ -142,10 +134,11 @@ def summarise_thresholds(sessions: Sequence[SessionLog]) -> ThresholdSummary:
     return ThresholdSummary(sessions[0].header.experiment, fitted, who_answered(sessions))
 
 
-def _fitted(question: Question, people: Mapping[str, _Answers]) -> QuestionSummary:
-    shown = [level for answers in people.values() for level in answers.levels]
-    axis = axis_of(shown or [1.0])  # one for all observers, so that there is a mean
-    warning = axis_warning(shown, [right for answers in people.values() for right in answers.right]) if shown else ""
+def _fitted(question: Question, people: Mapping[str, Sequence[ThresholdRecord]]) -> QuestionSummary:
+    shown = [(each.level, each.is_right) for own in people.values() for each in own if each.level is not None]
+    levels = [level for level, _ in shown]
+    axis = axis_of(levels or [1.0])  # one for all observers, so that there is a mean
+    warning = axis_warning(levels, [right for _, right in shown]) if shown else ""
     fits = tuple(ObserverThreshold(name, _fit(question, people[name], axis)) for name in sorted(people))
     each = [observer.fit for observer in fits]
     names: tuple[Literal["threshold", "slope", "guess", "lapse"], ...] = ("threshold", "slope", "guess", "lapse")
@@ -156,14 +149,15 @@ def _fitted(question: Question, people: Mapping[str, _Answers]) -> QuestionSumma
     return QuestionSummary(question, fits, threshold, slope, guess, lapse, warning)
 
 
-def _fit(question: Question, answers: _Answers, axis: str) -> ThresholdFit:
-    blanks = answers.yes, answers.blanks
-    if not answers.levels:
+def _fit(question: Question, trials: Sequence[ThresholdRecord], axis: str) -> ThresholdFit:
+    shown = [(trial.level, trial.is_right) for trial in trials if trial.level is not None]
+    blanks = sum(trial.level is None and trial.answer == "yes" for trial in trials), len(trials) - len(shown)
+    if not shown:
         reason = "no stimulus with a signal was shown"
         return ThresholdFit(question.function, axis, (), (), (), easier=question.easier, blanks=blanks, reason=reason)
     return fit_threshold(
-        answers.levels,
-        answers.right,
+        [level for level, _ in shown],
+        [right for _, right in shown],
         guess=GUESSES[question.task],
         function=question.function,
         axis=axis,
@@ -174,12 +168,3 @@ def _fit(question: Question, answers: _Answers, axis: str) -> ThresholdFit:
 
 def _question(trial: ThresholdRecord) -> Question:
     return Question(trial.factor, trial.task, trial.function, trial.easier, trial.group_factor, trial.group)
-
-
-def _add(answers: _Answers, trial: ThresholdRecord) -> None:
-    if trial.level is None:
-        answers.blanks += 1
-        answers.yes += trial.answer == "yes"
-        return
-    answers.levels.append(trial.level)
-    answers.right.append(trial.answer == ("yes" if trial.task == "yes_no" else trial.correct_answer))

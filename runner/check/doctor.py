@@ -227,8 +227,7 @@ def examine_timing(
 
         intervals = swap_intervals(frame, seconds, progress, facts.refresh_hz)
         marks = measure_marks(rig, frame) if rig else ()
-    verification = rig.verification if rig else None
-    judgement = judge(verification, rig.mode if rig else "", facts, swaps_per_second(intervals))
+    judgement = judge(rig.verification if rig else None, rig.mode if rig else "", facts, swaps_per_second(intervals))
     return TimingReport(
         facts.display_server,
         facts.renderer,

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 
 from analysis.errors import ResultsError
 from analysis.ratings import summarise_ratings
-from analysis.ratings.preferences import preferences
-from analysis.ratings.ratings import RaterScreening, outlying
+from analysis.ratings.ratings import RaterScreening, outlying, preferences
 from analysis.records import SessionLog, new_header
 from analysis.report import describe
 from analysis.report.summary import summarise
@@ -194,15 +193,15 @@ def test_after_a_tie_there_are_ratings_of_both_alone(make_pairs: Maker) -> None:
     tie = {"answer": "not_sure", "chosen": None, "rejected": None}
     report = describe([make_pairs("1", **tie, ratings={"gloss": None, "depth": {"first": 1, "second": 2}})])
     assert report.pairs is None
-    assert [(one.of, one.scale) for one in known(report.ratings).scales] == [("both", "depth")]
-    assert describe([make_pairs("1", **tie, ratings={"gloss": None})]).ratings is None
+    assert [(one.of, one.scale) for one in report.by_part["ratings"].scales] == [("both", "depth")]
+    assert describe([make_pairs("1", **tie, ratings={"gloss": None})]).by_part["ratings"] is None
 
 
 @pytest.mark.parametrize(
     ("kind", "more"), [("practice", {"practice_of": "all_pairs"}), ("all_pairs", {"catch": "obvious", "correct": True})]
 )
 def test_practice_and_catch_trials_have_none(make_pairs: Maker, kind: str, more: dict[str, Any]) -> None:
-    assert describe([make_pairs("1", kind, ratings={"gloss": 4}, **more), make_pairs("2")]).ratings is None
+    assert describe([make_pairs("1", kind, ratings={"gloss": 4}, **more), make_pairs("2")]).by_part["ratings"] is None
 
 
 @pytest.mark.parametrize(

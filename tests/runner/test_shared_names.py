@@ -152,7 +152,7 @@ def test_series_that_factors_gave_one_name_are_told_apart(
         "a-b-c (block 1, one to two)",
         "a-b-c (block 1, three to four)",
     ]
-    assert describe(logs).series is not None
+    assert describe(logs).by_part["series"] is not None
 
 
 def test_a_series_of_other_pictures_in_another_session_is_refused(

@@ -58,7 +58,7 @@ def test_only_preferences_make_a_report(preferring: Sessions) -> None:
 def test_only_choices_from_series_make_a_report(choosing: Sessions) -> None:
     report = describe(choosing())
     assert keys(report)[1:6] == ["series", "series-ratings", "steps", "series-tests", "series-agreement"]
-    assert report.series is not None
+    assert report.by_part["series"] is not None
     json.dumps(report.to_json(), allow_nan=False)
     page = Page(render(report))
     for kind in ("base", "grey"):

@@ -226,20 +226,8 @@ def test_an_fsync_for_each_line_as_before(chain_file: Path, monkeypatch: pytest.
 
 
 # A log whose process is killed or whose disk is full: nothing that was written is dropped silently.
-@dataclass(frozen=True)
-class ContentDurableLog:
-    lines: list[dict[str, object]]
-    state: LogState
-
-
-def durable_log_read(file: Path) -> ContentDurableLog:
-    lines: list[dict[str, object]] = []
-    with open(file, "rb") as stream:
-        return ContentDurableLog(lines, read_lines(stream, lambda number, line: lines.append(dict(line))))
-
-
-def reopen(file: Path) -> tuple[DurableLog, ContentDurableLog]:
-    return DurableLog.reopen(file, file.with_name(".lock"), file.with_name("torn.bin"), durable_log_read)
+def reopen(file: Path) -> tuple[DurableLog, Content]:
+    return DurableLog.reopen(file, file.with_name(".lock"), file.with_name("torn.bin"), read)
 
 
 def create(file: Path, lines: int) -> None:
@@ -267,7 +255,7 @@ def test_a_log_cut_anywhere_loses_one_line_at_most_and_keeps_its_bytes(
     kept = file.read_bytes()
     kept = kept[: kept.index(b'{"row":"later"')]
     assert (kept + content.state.torn_tail).removesuffix(b"\n") == whole[:size].removesuffix(b"\n")
-    assert durable_log_read(file).lines == [*content.lines, {"row": "later"}]
+    assert read(file).rows == [*content.rows, {"row": "later"}]
 
 
 def test_lines_torn_twice_at_one_place_are_both_kept(tmp_path: Path) -> None:
@@ -296,7 +284,7 @@ def test_damage_before_the_last_line_is_named_and_nothing_is_cut(tmp_path: Path)
 def test_a_torn_header_is_damage(tmp_path: Path) -> None:
     (tmp_path / "a.jsonl").write_bytes(b'{"row":')
     with pytest.raises(DamagedLineError):
-        durable_log_read(tmp_path / "a.jsonl")
+        read(tmp_path / "a.jsonl")
 
 
 def test_a_log_is_open_once(tmp_path: Path) -> None:
@@ -319,7 +307,7 @@ def test_threads_write_whole_lines(tmp_path: Path) -> None:
             thread.start()
         for thread in threads:
             thread.join()
-        assert len(durable_log_read(file).lines) == 81
+        assert len(read(file).rows) == 81
     assert [json.loads(line) for line in file.read_bytes().splitlines()]
 
 
@@ -347,20 +335,8 @@ VALUES = st.recursive(
 )
 ODD = [
     *(b"", b" ", b"\xef\xbb\xbf{}", b"\xff", b'"\xed\xa0\x80"', b'"\\ud800"', b'"\\ud83d\\ude00"', b'{"a":1}\0'),
-    *(
-        b'{"a":1,"a":2}',
-        b'{"a":1,}',
-        b'{"a":01}',
-        b'"\t"',
-        b"1.",
-        b".5",
-        b"+1",
-        b"-0",
-        b"-0.0",
-        b"1e400",
-        b"nan",
-        b"NaN",
-    ),
+    *(b'{"a":1,"a":2}', b'{"a":1,}', b'{"a":01}', b'"\t"', b"1.", b".5", b"+1"),
+    *(b"-0", b"-0.0", b"1e400", b"nan", b"NaN"),
     *(b"-Infinity", b"1_0", b"1" * 5000, b"[" * 250 + b"]" * 250, b"5e-324", b"9007199254740993.0"),
     *("{}".encode("utf-16"), b'{"a":1} x', b'{"a":1', b"[" * 100_000),
 ]
