@@ -16,7 +16,7 @@ from analysis.report.agreement import series_agreement
 from analysis.report.bars import BarFigure
 from analysis.report.part import Part, draws_of_means, draws_of_weights
 from analysis.report.references import Citations
-from analysis.report.words import counted, fixed
+from analysis.report.words import as_words, counted, fixed
 from analysis.series import paired_tests
 from analysis.series.just_noticeable import StepSize
 from analysis.series.observer_means import Estimate
@@ -309,7 +309,7 @@ def score_figure(summary: SeriesSummary) -> BarFigure:
     levels = plan.levels()
     return BarFigure(
         f"Score of each picture: choices weighted by {summary.weight}" if scored else "Share of choices",
-        words(plan.along or "place in the series"),
+        as_words(plan.along or "place in the series"),
         "mean score" if scored else "share of choices",
         tuple(f"{level:g}" for level in levels),
         plan.kinds,
@@ -349,16 +349,10 @@ def rating_figure(summary: SeriesSummary, scale: str) -> BarFigure:
         (cell.paint, cell.kind): cell.mean for cell in summary.ratings[scale]
     }
     return BarFigure(
-        f"Mean {words(scale)} by {words(plan.across or 'series')}",
-        words(plan.across or ""),
-        f"mean {words(scale)}",
+        f"Mean {as_words(scale)} by {as_words(plan.across or 'series')}",
+        as_words(plan.across or ""),
+        f"mean {as_words(scale)}",
         plan.paints,
         plan.kinds,
         tuple(tuple(by_cell[paint, kind] for kind in plan.kinds) for paint in plan.paints),
     )
-
-
-def words(name: str) -> str:
-    """Return a factor's or a scale's name as words, its unit in brackets."""
-    text = name.removesuffix("_s")
-    return (f"{text} (s)" if text != name else name).replace("_", " ")

@@ -12,8 +12,7 @@ from analysis.kinds.threshold import ThresholdRecord
 from analysis.records.session_record import SessionLog
 from analysis.report.part import Part, draws_of_means
 from analysis.report.references import Citations
-from analysis.report.series import words
-from analysis.report.words import listed
+from analysis.report.words import as_words, listed
 from analysis.thresholds.fit import ThresholdFit
 from analysis.thresholds.summary import ObserverThreshold, QuestionSummary, ThresholdSummary, summarise_thresholds
 from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, Drawing, drawing, drawn, short
@@ -183,7 +182,7 @@ _FUNCTIONS = {"weibull": "Weibull function", "logistic": "logistic function", "n
 
 def _figure(question: QuestionSummary, number: int) -> Figure:
     own, fits = question.question, question.observers
-    axis = words(own.factor)
+    axis = as_words(own.factor)
     panels = [(f"observer {each.observer}", each.fit) for each in fits]
     images = [draw_psychometric(panels, axis, width) for width in (WIDE_IN, NARROW_IN)]
     reasons = any(each.fit.reason for each in fits)

@@ -74,3 +74,9 @@ def plain(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return str(value)
+
+
+def as_words(name: str) -> str:
+    """Return a factor's or a scale's name as words, its unit in brackets."""
+    text = name.removesuffix("_s")
+    return (f"{text} (s)" if text != name else name).replace("_", " ")
