@@ -11,6 +11,7 @@ from devices.diagnostics.channels import additivity, channel_constancy, headroom
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
 from devices.diagnostics.diagnosis import Diagnosis, JudgeOptions, Verdicts
+from devices.diagnostics.drift import drift, repeatability
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, gamuts, model_difference
 from devices.diagnostics.measured_sets import MeasuredSet, by_eye, read_sets
@@ -20,7 +21,6 @@ from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_i
 from devices.diagnostics.readings import Kind, cable_colours, primaries, tagged, untagged
 from devices.diagnostics.room_light import in_light_of, light_through, room_light, room_lights
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
-from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up
 from devices.display.display_file import EyeModels, read_display
 from devices.display.model import DisplayModel

@@ -13,7 +13,7 @@ from devices.diagnostics import JudgeOptions
 from devices.display import NominalOptions
 from runner.cli.main import LazyGroup
 from runner.cli.options import PATH, takes
-from runner.cli.output import gives, say, tell
+from runner.cli.output import ask, gives, say, tell
 from runner.measuring import Dialogue, MeasureOptions, PatchesOptions, VerifyOptions
 from runner.reports.options import ConvertOptions
 from stimuli.spectral import MetamerismOptions
@@ -38,13 +38,7 @@ def display_command() -> None:
 
 def _dialogue(*, quiet: bool = False) -> Dialogue:
     """Return what talks with the person on the error stream and standard input; ``quiet`` of each patch."""
-    return Dialogue(say, _ask) if quiet else Dialogue(say, _ask, say)
-
-
-def _ask(prompt: str) -> str | None:
-    click.echo(prompt, nl=False, err=True)
-    typed = sys.stdin.readline()
-    return typed.rstrip("\n") if typed else None
+    return Dialogue(say, ask) if quiet else Dialogue(say, ask, say)
 
 
 @click.command(name="new")

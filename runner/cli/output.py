@@ -106,6 +106,12 @@ def say(words: str) -> None:
     click.echo(words, err=True)
 
 
+def ask(prompt: str) -> str | None:
+    """Print a prompt on the error stream, and return the line that is typed; None at the end of input."""
+    click.echo(prompt, nl=False, err=True)
+    return typed.rstrip("\n") if (typed := sys.stdin.readline()) else None
+
+
 def count_from_here(context: click.Context) -> None:
     """Count what is done until the command of ``context`` ends."""
     context.meta[_KEY] = context.with_resource(counted_work())

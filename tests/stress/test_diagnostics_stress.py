@@ -13,9 +13,9 @@ from scipy.stats import binom
 
 from devices.diagnostics import Diagnosis, MeasuredSet, estimate_drift, examine
 from devices.diagnostics.channels import additivity, channel_constancy, headroom
+from devices.diagnostics.drift import drift
 from devices.diagnostics.eyewear import crosstalk
 from devices.diagnostics.mixing import added_channels, standard_primaries
-from devices.diagnostics.stability import drift
 from devices.diagnostics.warm_up import warm_up
 from devices.display import EyeModels
 from devices.readings import Measurements

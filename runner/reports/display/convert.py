@@ -9,7 +9,6 @@ from typing import BinaryIO
 
 from devices.display import Display, read_display
 from devices.errors import DeviceError
-from devices.profiles import write_cube, write_profile
 from devices.readings import CIE_1931_2, Kind, convert_colours
 from documents import Finding
 from runner.reports.options import ConvertOptions
@@ -62,6 +61,8 @@ def convert_display(file: str | None, options: ConvertOptions, stream: BinaryIO)
 
 def _written(named: Path, options: ConvertOptions) -> Iterator[str]:
     """Write the model of one mode and eye, and yield what there is to say of the file."""
+    from devices.profiles import write_cube, write_profile
+
     display, eye, points = read_display(named), options.eye, options.points
     mode = options.mode or display.only_mode()
     models = display.models(mode)
@@ -71,7 +72,6 @@ def _written(named: Path, options: ConvertOptions) -> Iterator[str]:
         raise DeviceError(Finding(what, str(named), remedy=remedy))
     path = options.output or named.with_suffix(f".{options.to}")
     words = f"{named.stem}, {mode}" + ("" if models.left is models.right else f", {eye} eye")
-    close = True
     if options.to == "icc":
         kind = None if options.profile_kind == "auto" else options.profile_kind
         table = display.gamma_table(mode, eye)
@@ -79,7 +79,7 @@ def _written(named: Path, options: ConvertOptions) -> Iterator[str]:
         sentence, close = made.sentence(), made.close
     else:
         cube = write_cube(models.eye(eye), path, words, options.cube_input, points=points)
-        sentence = cube.sentence(options.cube_input)
+        sentence, close = cube.sentence(options.cube_input), True
     yield f"wrote {path}: {sentence}"
     if not close:
         yield "Note: people may see such differences; take more --points, up to 65, or --profile-kind auto."

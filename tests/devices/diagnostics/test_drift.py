@@ -12,9 +12,9 @@ import pytest
 from devices.characterise import fit_display
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.diagnostics import estimate_drift
+from devices.diagnostics.drift import drift
 from devices.diagnostics.readings import tag
 from devices.diagnostics.settling import place_departures
-from devices.diagnostics.stability import drift
 from devices.diagnostics.time_trend import trend_in_time
 from devices.diagnostics.warm_up import warm_up
 from devices.readings import Measurements

@@ -18,13 +18,13 @@ from devices.diagnostics import Diagnosis, MeasuredSet, examine
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, simple_gamma, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
+from devices.diagnostics.drift import drift, repeatability
 from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, transmittance
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.metamerism import observers_differ
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
-from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.readings import Faults, Measurements, PatchEye
