@@ -15,6 +15,7 @@ from scipy.stats import t as student
 
 from analysis.choices import Adjust
 from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import from_arrays
 from analysis.errors import ResultsError
 from analysis.inference import (
     compare_models,
@@ -36,9 +37,52 @@ from tests.analysis.slow_profiles import of_pair
 from tests.choice import nightly
 from tests.kept import known
 
-# The multiverse of analyses, beside making each one from the start.
+# Simulated answers of observers who are alike, or each have their own strengths.
 
 Maker = Callable[..., Comparisons]
+
+
+@pytest.fixture
+def make() -> Maker:
+    """Every observer answers every pair ``repeats`` times by a law, either item first."""
+
+    def make_answers(
+        theta: NDArray[np.float64],
+        observers: int = 8,
+        *,
+        model: Model = "bradley-terry",
+        k: float = 0.0,
+        sd: float = 0.0,
+        repeats: int = 1,
+        gaps: float = 0.0,
+        seed: int = 1,
+    ) -> Comparisons:
+        random = np.random.default_rng(seed)
+        n = len(theta)
+        first, second = (np.tile(np.repeat(side, repeats), observers) for side in np.triu_indices(n, 1))
+        observer = np.repeat(np.arange(observers), len(first) // observers)
+        own = theta + random.normal(0, sd, (observers, n))
+        d = own[observer, first] - own[observer, second]
+        chances = np.cumsum(np.stack(LAWS[model].probabilities(d, k)), axis=0)
+        outcome = (random.random(len(d)) > chances[:2]).sum(axis=0)
+        kept = random.random(len(d)) >= gaps
+        lost = outcome == 1
+        winner, loser = np.where(lost, second, first)[kept], np.where(lost, first, second)[kept]
+        return from_arrays(
+            tuple("abcdefghijklmnopqrstuvwxyz"[:n]),
+            tuple(f"{person:02d}" for person in range(observers)),
+            winner=winner,
+            loser=loser,
+            observer=observer[kept],
+            count=np.ones(len(winner)),
+            winner_was_first=random.integers(0, 2, len(winner)).astype(np.int8),
+            tie=(outcome == 2)[kept],
+        )
+
+    return make_answers
+
+
+# The multiverse of analyses, chances of pairs, folds, residuals, equivalence and transitivity, beside slow twins.
 
 
 def without(comparisons: Comparisons, person: str) -> Comparisons:
