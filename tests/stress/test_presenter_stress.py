@@ -1,25 +1,48 @@
-"""The presenter at its edges: tiny, odd, huge, far too bright, and thousands of scenes."""
+"""The presenter and the engine at their edges: every size, displays drawn at random, thousands of scenes and trials."""
 
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 import threading
-from collections.abc import Callable, Iterator
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
-from devices.display import DisplayModel, EyeModels, ToneCurve
+from devices.compensation import Correction, least_squares
+from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve
 from runner import Picture, Scene
-from runner.presenter import PresentationError, Presenter, find_mode
+from runner.blocks import BLOCKS
+from runner.observers import plain_key
+from runner.ports import Ask, Holding, KeyPress
+from runner.presenter import MODES, PresentationError, Presenter, find_mode
+from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface
+from runner.protocol import read_experiment
 from runner.scene import Text
+from runner.session import Event, Recorded, Session
 from stimuli.pictures import StereoImage
+from tests.displays import corrections, eye_models
+from tests.runner.presenter.drawn_displays import (
+    SIZE_PX,
+    WITHIN_CODES,
+    worst_in_a_mode,
+    worst_of_a_mixture,
+    worst_of_an_eye,
+)
 from tests.stress.memory import forget_peak, peak_kb
 
 pytestmark = pytest.mark.stress
+
+
+# The presenter at its edges: tiny, odd, huge, far too bright, and thousands of scenes.
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 Open = Callable[[tuple[int, int]], EglSurface]
@@ -207,3 +230,193 @@ def test_a_picture_that_is_given_up_between_two_bands_leaves_nothing(open_egl: O
     objects_after = live_objects(surface)
     assert objects_after.pop("Program") <= objects_before.pop("Program") + 1  # the last one in use goes later
     assert objects_after == objects_before
+
+
+# Every code within 0.501 of float64 on hundreds of displays drawn at random, other ones each time.
+
+MANY = settings(max_examples=300, suppress_health_check=list(HealthCheck), deadline=None)
+BITS = st.sampled_from([8, 10])
+SEEDS = st.integers(0, 10**6)
+EITHER = st.sampled_from(EYES)
+UNLIFTED = corrections(SIZE_PX, lifts=False)
+MODE_NAMES = tuple(name for name in MODES if not find_mode(name).needs_stereo)  # the others: tests/quad
+
+
+@pytest.fixture(scope="module")
+def drawn_surface() -> Iterator[EglSurface]:
+    """One offscreen surface for all of them."""
+    try:
+        opened = EglSurface((96, 72), windows=2)
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with opened:
+        yield opened
+
+
+# Which displays, what is corrected, for which eye, how many: Newton's method for both eyes takes seconds to compile.
+CASES = {
+    "adding up": (eye_models(plvc=False), st.none(), EITHER, 300),
+    "acting on each other": (eye_models(plvc=True, residual=False), st.none(), st.just(EYES[0]), 25),
+    "with some left over": (eye_models(plvc=True, residual=True), st.none(), st.just(EYES[0]), 25),
+    "adding up, corrected": (eye_models(plvc=False), corrections(SIZE_PX), EITHER, 150),
+    "acting on each other, corrected": (eye_models(plvc=True, residual=False), UNLIFTED, EITHER, 25),
+    "with some left over, corrected": (eye_models(plvc=True, residual=True), UNLIFTED, EITHER, 25),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_an_eye_is_shown_what_was_asked(drawn_surface: EglSurface, case: str) -> None:
+    models, correction, eye, examples = CASES[case]
+
+    @settings(MANY, max_examples=examples)
+    @given(models, correction, eye, BITS, SEEDS)
+    def shown(models: EyeModels, correction: Correction | None, eye: Eye, bits: Bits, seed: int) -> None:
+        assert max(worst_of_an_eye(drawn_surface, models, correction, eye, bits, seed).values()) <= WITHIN_CODES
+
+    shown()
+
+
+@settings(MANY, max_examples=100)
+@given(models=eye_models(plvc=False), bits=BITS, seed=SEEDS)
+def test_both_views_in_one_picture(drawn_surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
+    mixture = least_squares(EyeModels(models.left, models.left), (0.2, 0.01, 0.0), (0.0, 0.4, 0.3))
+    assert max(worst_of_a_mixture(drawn_surface, models, mixture, bits, seed).values()) <= WITHIN_CODES
+
+
+@settings(MANY, max_examples=150)
+@given(models=eye_models(plvc=False), name=st.sampled_from(MODE_NAMES), seed=SEEDS)
+def test_every_mode(drawn_surface: EglSurface, name: str, models: EyeModels, seed: int) -> None:
+    both = EyeModels(models.left, models.left) if name == "flat" else models
+    assert max(worst_in_a_mode(drawn_surface, find_mode(name), both, seed).values()) <= WITHIN_CODES
+
+
+# What the engine costs for each kind of block, without drawing and without the disk; and that it keeps nothing.
+
+ROOT = Path(__file__).parents[2]
+# One millisecond where a line takes 7 µs: a limit in seconds would say how fast the processor is, and how busy.
+LIMIT_LINES = 140
+LINE = json.dumps({"trial": 1, "pair": ["a", "b"], "keys": [["up", 1.25]] * 8, "time": "2026-01-01T00:00:00.000+00:00"})
+SCALE = "{name: quality, question: How good}"
+SERIES = ", ".join(f"s{number}: [a, b, c, d, e, f]" for number in range(500))
+QUESTIONS = ", ".join(
+    f"{{name: c{n}, question: Which, kind: choice, options: [left, right]}}, {{name: t{n}, question: What, kind: text}}"
+    for n in range(100)
+)
+# As many trials of each kind as its file can ask for, up to some thousands.
+ENGINE_MANY: Mapping[str, Sequence[str]] = {
+    "all_pairs": (
+        "repeats: 400",
+        "repeats: 400, catch: {every: 5, pairs: [[a, b]], identical: 3}, ties: both, fixation_s: 0.2, exposure_s: 1",
+        f"repeats: 200, ratings: [{SCALE}]",
+        "repeats: 300, presentation: sequence, exposure_s: 0.5",
+    ),
+    "active_pairs": ("trials: 5000",),
+    "best_of_series": (f"series: {{{SERIES}}}",),
+    "rating": (f"repeats: 800, ratings: [{SCALE}]",),
+    "preference": ("repeats: 2500, pairs: [[a, b], [c, d]]",),
+    "questionnaire": (f"questions: [{QUESTIONS}]",),
+    "threshold": (
+        "factor: codec, task: two_places, reference: f, trials: 5000",
+        "factor: codec, task: yes_no, trials: 2500, method: {kind: staircase, up: 1, start: [above, below]}",
+    ),
+    "practice": ("trials: 5000, block: {kind: all_pairs, repeats: 400}",),
+    "screening": (
+        "tests: [{test: stereo_acuity, repeats: 20, required: 3}, {test: colour_vision, repeats: 20, required: 3}]",
+    ),
+}
+ENGINE_CASES = [(kind, entry) for kind, entries in ENGINE_MANY.items() for entry in entries]
+
+
+class _Nothing:
+    """A screen, a log and an observer that keep nothing; half a second passes with each answer."""
+
+    session: Session
+
+    def __init__(self) -> None:
+        self.trials = 0
+        self.sizes: dict[int, int] = {}
+
+    def show(self, scene: Scene) -> float:
+        return 0.0
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(0.0, 1, seconds)
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        return KeyPress(plain_key(ask), onset_s + 0.5)
+
+    def hear(self, event: Event) -> None:
+        if isinstance(event, Recorded):
+            self.trials += 1
+            if tracemalloc.is_tracing() and self.trials in (10_000, 29_000):
+                self.session.answers.clear()
+                self.sizes[self.trials] = tracemalloc.get_traced_memory()[0]
+
+
+def _run(folder: Path, kind: str, entry: str) -> tuple[_Nothing, float]:
+    """Return what counted the trials, and the processor's seconds for each, drawing up the order included."""
+    pictures = "".join(
+        f"  - {{name: {name}, file: {name}.exr, factors: {{codec: {level}}}}}\n"
+        for level, name in enumerate("abcdef", 1)
+    )
+    (folder / "recipe.yaml").write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n{pictures}")
+    (folder / "many.yaml").write_text(
+        f"schema_version: 1\nname: many\nrig: {ROOT}/configs/rigs/asus_vg248qe_3dvision.yaml\nstimuli: recipe.yaml\n"
+        "question: Which is closer?\nlayout: {arrangement: vertical, size_mm: [60, 40]}\n"
+        f"blocks:\n  - {{kind: {kind}, {entry}}}\n"
+    )
+    blocks = read_experiment(folder / "many.yaml").blocks("01")
+    nothing = _Nothing()
+    began_s = time.process_time()
+    nothing.session = Session(blocks, nothing, nothing, nothing)
+    nothing.session.run()
+    return nothing, (time.process_time() - began_s) / nothing.trials
+
+
+def _line_s() -> float:
+    """Return the processor's seconds for a line of a log, read and written again."""
+    began_s = time.process_time()
+    for _ in range(2000):
+        json.dumps(json.loads(LINE))
+    return (time.process_time() - began_s) / 2000
+
+
+def test_no_scored_kind_is_forgotten() -> None:
+    assert set(ENGINE_MANY) == set(BLOCKS.own()) - {"instructions", "break"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "entry"), ENGINE_CASES, ids=[f"{kind}-{number}" for number, (kind, _) in enumerate(ENGINE_CASES)]
+)
+def test_a_trial_costs_under_a_millisecond(kind: str, entry: str, tmp_path: Path) -> None:
+    """In one of three runs a trial takes the processor less than reading and writing ``LIMIT_LINES`` lines of a log."""
+    for _ in range(3):
+        before_s = _line_s()
+        nothing, each_s = _run(tmp_path, kind, entry)
+        lines = 2 * each_s / (before_s + _line_s())
+        print(f"{kind}: {nothing.trials} trials, {1000 * each_s:.3f} ms each, as {lines:.0f} lines")
+        assert nothing.trials > 30
+        if lines < LIMIT_LINES:
+            return
+    pytest.fail(f"a trial of {kind} takes as long as {lines:.0f} lines of a log, not less than {LIMIT_LINES}")
+
+
+@pytest.mark.parametrize(
+    ("kind", "entry"),
+    [
+        ("all_pairs", "repeats: 1667, catch: {every: 5, pairs: [[a, b]], identical: 3}"),
+        ("preference", "repeats: 15000, pairs: [[a, b], [c, d]]"),
+    ],
+)
+def test_thirty_thousand_trials_keep_nothing(kind: str, entry: str, tmp_path: Path) -> None:
+    """What is drawn up at the start stays; after that, a trial leaves nothing behind."""
+    tracemalloc.start()
+    try:
+        nothing, _ = _run(tmp_path, kind, entry)
+    finally:
+        tracemalloc.stop()
+    assert nothing.trials > 29_500
+    assert nothing.sizes[29_000] - nothing.sizes[10_000] < 25_000
