@@ -35,7 +35,7 @@ from analysis.scaling import score
 from benchmarks.reviewers import OBSERVERS, SPREADS, levels
 from benchmarks.simulated_studies import Design, as_comparisons
 from documents.arrays import Floats
-from tests.analysis.agreement.test_agree import contained
+from tests.analysis.agreement.test_interval import contained
 from tests.kept import known
 from tests.stress.answered import answered
 from tests.stress.how_many import how_many
