@@ -13,6 +13,6 @@ from .threads import in_threads as in_threads
 from .threads import thread_limit as thread_limit
 from .work import count_work as count_work
 from .work import counted_work as counted_work
-from .yaml.load import Strict as Strict
+from .yaml.load import FileModel as FileModel
 from .yaml.load import load_document as load_document
 from .yaml.source import read_yaml as read_yaml

@@ -16,7 +16,7 @@ from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.files import write_whole
-from documents.yaml import NotNegative, Number, Positive, Strict, yaml_lines
+from documents.yaml import FileModel, NotNegative, Number, Positive, yaml_lines
 
 Triple = tuple[Number, Number, Number]
 
@@ -33,7 +33,7 @@ def _seconds(value: Any) -> Any:
 Seconds = Annotated[Positive, BeforeValidator(_seconds)]
 
 
-class ExposureSpec(Strict):
+class ExposureSpec(FileModel):
     """An exposure; ``time_s`` may be written as on a camera, 1/15."""
 
     time_s: Seconds
@@ -48,7 +48,7 @@ class ExposureSpec(Strict):
         return Exposure(self.time_s, self.f_number, self.iso)
 
 
-class ExposureSetSpec(Strict):
+class ExposureSetSpec(FileModel):
     """Shutter speeds at which a chart was photographed in one light (thesis Table 4.2)."""
 
     white_luminance_cd_m2: Positive
@@ -67,7 +67,7 @@ class ExposureSetSpec(Strict):
         )
 
 
-class MatrixSpec(Strict):
+class MatrixSpec(FileModel):
     """XYZ in cd/m² for camera R, G and B of full scale each: the rows of A in thesis Expression 4.2."""
 
     X: Triple
@@ -78,7 +78,7 @@ class MatrixSpec(Strict):
     """The row of the matrix that makes Z."""
 
 
-class CameraSpec(Strict):
+class CameraSpec(FileModel):
     """A camera file; ``observer`` is the colorimetric observer of its XYZ."""
 
     schema_version: Literal[1]

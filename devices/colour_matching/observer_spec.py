@@ -8,10 +8,10 @@ from pydantic import AfterValidator, Field
 
 from devices.colour_matching.observers import AGE_YEARS, FIELD_DEG, canonical_name, cie_2006_name
 from devices.errors import DeviceError
-from documents.yaml import Strict
+from documents.yaml import FileModel
 
 
-class Cie2006Spec(Strict):
+class Cie2006Spec(FileModel):
     """The observer of CIE 170 for an age and a field of view."""
 
     kind: Literal["cie2006"]

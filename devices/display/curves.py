@@ -27,7 +27,7 @@ from pydantic import Field, ValidationError, model_validator
 from devices.colour import srgb_decoded, srgb_encoded
 from devices.errors import DeviceError
 from documents.arrays import Floats, Floats32
-from documents.yaml import Number, Positive, Strict
+from documents.yaml import FileModel, Number, Positive
 
 ENTRIES = 1024
 _BT1886_GAMMA = 2.4
@@ -40,7 +40,7 @@ MOST_STEPS = 24
 _BEYOND = 2.0
 
 
-class _Kind(Strict):
+class _Kind(FileModel):
     """What all curves share; each has `linear`, `code`, `unclipped_code`, `shader_codes` and its `lift` beside it."""
 
     kind_of_curve: ClassVar[Literal["gogo", "table", "srgb"]]

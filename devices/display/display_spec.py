@@ -15,17 +15,17 @@ from devices.display.nominal import Nominal, refuse_black
 from devices.display.options import NominalKind
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Positive
 
 
-class SameAsSpec(Strict):
+class SameAsSpec(FileModel):
     """A mode whose light is that of another mode: same panel state and glasses, other signal."""
 
     same_as: str
     """The mode whose measurements serve: same panel state and glasses, another signal."""
 
 
-class _ExtrasSpec(Strict):
+class _ExtrasSpec(FileModel):
     """What a mode holds of both eyes at once."""
 
     crosstalk: CrosstalkSpec | None = None
@@ -125,7 +125,7 @@ ModeSpec = Annotated[
 ]
 
 
-class DisplaySpec(Strict):
+class DisplaySpec(FileModel):
     """A display file: modes that were measured, or a nominal display for all that were not, or both."""
 
     schema_version: Literal[1]

@@ -21,10 +21,10 @@ from devices.display.residual import MOST_KNOTS, Residual
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
-from documents.yaml import NotNegative, Number, Positive, Strict, yaml_lines
+from documents.yaml import FileModel, NotNegative, Number, Positive, yaml_lines
 
 
-class GammaTableSpec(Strict):
+class GammaTableSpec(FileModel):
     """A gamma table: its hash, largest departure from the identity, size and entries; or why it is unknown.
 
     The identity needs no entries. ``display fit`` writes it from the readings.
@@ -56,7 +56,7 @@ AmbientSpec = tuple[NotNegative, NotNegative, NotNegative]
 Matrix = tuple[Triple, Triple, Triple]
 
 
-class PrimariesSpec(Strict):
+class PrimariesSpec(FileModel):
     """XYZ of each channel at full drive minus black, in cd/m²."""
 
     red: Triple
@@ -67,7 +67,7 @@ class PrimariesSpec(Strict):
     """XYZ of the blue channel at full drive minus black, in cd/m²."""
 
 
-class _Curves(Strict):
+class _Curves(FileModel):
     """The tone curves of the three channels: a kind that display files name."""
 
     @property
@@ -184,7 +184,7 @@ class PlvcChannel(TableCurve):
     """The channel's XYZ per share of light at four levels, in cd/m²."""
 
 
-class MixturesSpec(Strict):
+class MixturesSpec(FileModel):
     """XYZ that channels at full drive make of each other, and that the first's middle levels do while the other shines.
 
     The names' order is that of `devices.display.plvc.Plvc.mixtures_XYZ_cd_m2`.
@@ -212,7 +212,7 @@ class MixturesSpec(Strict):
     """XYZ that blue's middle levels add while green shines, in cd/m²."""
 
 
-class ResidualSpec(Strict):
+class ResidualSpec(FileModel):
     """What PLVC leaves over, as kernels at knots; see `devices.display.residual`."""
 
     width: Positive
@@ -280,7 +280,7 @@ _OF_CURVES: Mapping[str, type[ToneCurves | TableCurves | SrgbCurves]] = MappingP
 )
 
 
-class ModelSpec(Strict):
+class ModelSpec(FileModel):
     """One characterisation, measured through the glasses in its stereo mode."""
 
     black_XYZ_cd_m2: Triple
@@ -334,7 +334,7 @@ def ten_digits(value: Any) -> Any:
     return float(f"{value:.10g}") if np.ndim(value) == 0 else [ten_digits(inner) for inner in value]
 
 
-class CrosstalkSpec(Strict):
+class CrosstalkSpec(FileModel):
     """What leaks into each eye: seen = own + matrix · other, in XYZ above black; three rows of three numbers each."""
 
     left: Matrix
@@ -349,7 +349,7 @@ class CrosstalkSpec(Strict):
         return Crosstalk(np.array(self.left), np.array(self.right))
 
 
-class GainMapSpec(Strict):
+class GainMapSpec(FileModel):
     """Luminance readings over the panel, top row first, in one unit; see `devices.display.gain_map.GainMap`."""
 
     luminance: Annotated[list[Annotated[list[Positive], Field(min_length=1)]], Field(min_length=1)]

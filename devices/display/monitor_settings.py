@@ -13,7 +13,7 @@ from pydantic import Field
 
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.yaml import Number, Strict, checked, parse_yaml, yaml_lines
+from documents.yaml import FileModel, Number, checked, parse_yaml, yaml_lines
 
 Percent = Annotated[float, Field(ge=0, le=100)]
 Level = Percent | Annotated[str, Field(min_length=1)]
@@ -26,7 +26,7 @@ _BY_ITSELF = {
 }
 
 
-class GainsSpec(Strict):
+class GainsSpec(FileModel):
     """The gains of the channels in the monitor's menu, in percent."""
 
     red: Percent
@@ -37,7 +37,7 @@ class GainsSpec(Strict):
     """The gain of the blue channel, in percent."""
 
 
-class MonitorSettings(Strict):
+class MonitorSettings(FileModel):
     """What the monitor's menu says; whatever is not stated is not compared.
 
     ``preset``: the name of the mode, such as the thesis's ``Standard``. ``colour_temperature``: a name or kelvin.

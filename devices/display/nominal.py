@@ -29,7 +29,7 @@ from documents import Finding
 from documents.arrays import Floats
 from documents.files import write_whole, writing
 from documents.text import JsonResult
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Positive
 
 NOT_MEASURED = "nominal, not measured"
 NOMINAL_OBSERVER = DEFAULT_OBSERVER  # that of the chromaticities of the standards
@@ -39,7 +39,7 @@ _NAMES: Mapping[str, str] = MappingProxyType(
 )
 
 
-class NominalSpec(Strict):
+class NominalSpec(FileModel):
     """A display that was not measured: a standard, the luminance of its white and of its black, and its panel.
 
     ``black_cd_m2`` is 0.1 % of white where it is not given; ``panel`` is asked of the monitor.

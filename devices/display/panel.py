@@ -11,7 +11,7 @@ from pydantic import Field
 from devices.errors import DeviceError
 from documents import Finding
 from documents.text import visible
-from documents.yaml import Natural, Positive, Strict, yaml_text
+from documents.yaml import FileModel, Natural, Positive, yaml_text
 
 PANEL_EXAMPLE = "panel: {resolution_px: [1920, 1080], pixel_pitch_mm: 0.2768, refresh_hz: 60}"
 # Monitors that do not know their size report their shape, 16:9 or 160 x 90 mm (VESA E-EDID A2, Section 3.6.2).
@@ -28,7 +28,7 @@ _MOST_UNEVEN = 1.05
 _Side = Annotated[Natural, Field(le=65_536)]
 
 
-class PanelSpec(Strict):
+class PanelSpec(FileModel):
     """The panel: how many pixels, how large, how fast, how deep."""
 
     resolution_px: tuple[_Side, _Side]

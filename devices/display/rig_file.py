@@ -26,13 +26,13 @@ from devices.errors import DeviceError
 from devices.timing_marks.spec import MarksSpec, TimingMarksSpec, listed_marks, listed_twice
 from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for
-from documents.yaml import Natural, Positive, Strict
+from documents.yaml import FileModel, Natural, Positive
 
 Read = TypeVar("Read")
 MonitorName = Annotated[Natural, Field(le=1000)] | Annotated[str, Field(min_length=1)]
 
 
-class PerEyeAmbientSpec(Strict):
+class PerEyeAmbientSpec(FileModel):
     """The room's light from the screen while it is off, through each lens, XYZ in cd/m²."""
 
     left: AmbientSpec
@@ -45,7 +45,7 @@ def _display_shape(value: Any) -> str:
     return "in place" if isinstance(value, dict | NominalSpec) else "file"
 
 
-class RigSpec(Strict):
+class RigSpec(FileModel):
     """A rig file. ``display`` is the path of a display file, or a nominal display in its place."""
 
     schema_version: Literal[1]

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from documents import load_document, sha256_of_file
-from documents.yaml import Natural, NotNegative, Number, Positive, Strict
+from documents.yaml import FileModel, Natural, NotNegative, Number, Positive
 
 # Window systems report the refresh rate in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
 REFRESH_TOLERANCE = 0.02
@@ -29,7 +29,7 @@ def _day(value: Any) -> datetime.date:
         raise ValueError("expected a day such as 2026-03-14") from None
 
 
-class OnsetErrorSpec(Strict):
+class OnsetErrorSpec(FileModel):
     """The photodiode's onset minus the recorded onset, in ms: positive where light came later than recorded.
 
     ``worst`` is the error of the largest magnitude, with its sign.
@@ -49,7 +49,7 @@ class OnsetErrorSpec(Strict):
         return self
 
 
-class VerificationSpec(Strict):
+class VerificationSpec(FileModel):
     """A record of a photodiode's verification."""
 
     schema_version: Literal[1]

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from devices.timing_marks.marked import Marked
 from devices.timing_marks.port import Code
-from documents.yaml import Strict
+from documents.yaml import FileModel
 
 Byte = Annotated[int, Field(ge=1, le=255)]
 Words = Annotated[str, Field(min_length=1, max_length=100)]
@@ -31,7 +31,7 @@ Rule = Annotated[str, Field(max_length=1000), AfterValidator(_checked_rule)]
 Codes = Annotated[dict[Rule, Byte], Field(max_length=255)]
 
 
-class _Marks(Strict):
+class _Marks(FileModel):
     """What entries of every kind have: the key that says where marks go, and the codes of events."""
 
     place: ClassVar[Literal["port", "stream"]] = "port"

@@ -1,8 +1,8 @@
 from .by_kind import ByKind as ByKind
 from .described import described_schema as described_schema
 from .load import KIND_BY_KEY as KIND_BY_KEY
+from .load import FileModel as FileModel
 from .load import OneOf as OneOf
-from .load import Strict as Strict
 from .load import checked as checked
 from .load import load_document as load_document
 from .ranges import Count as Count

@@ -52,7 +52,7 @@ _OWN = MappingProxyType({"rig": ("display",), "recipe": ("kind",), "display": ("
 _WANTED = MappingProxyType({**_CALLED, "recipe": "a recipe"})
 
 
-class Strict(BaseModel):
+class FileModel(BaseModel):
     """Base of every model of a YAML file: frozen; unknown keys, NaN and infinity are refused.
 
     A model with a number that has no range is refused too, when it is built.
@@ -100,7 +100,7 @@ def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> t
 
     Examples
     --------
-    >>> class Note(Strict):
+    >>> class Note(FileModel):
     ...     text: str
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -22,6 +22,7 @@ from runner.blocks.block import (
     chosen,
     name_faults,
 )
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.field_types import OptionalFactor
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import Pair
@@ -29,7 +30,6 @@ from runner.blocks.pair_choice import Gain, GroupedChooser, PairChooser, shared_
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SimultaneousView, Ties
 from runner.blocks.pooled_choice import PooledChooser, pooled_batch
-from runner.blocks.setting import Setting, Stimuli
 from runner.ports import Ask, ChooseBatch, Compare
 
 Chooser = PairChooser | GroupedChooser | PooledChooser
@@ -76,7 +76,7 @@ class ActivePairs(TimedKind):
             raise ValueError("'active_pairs' needs either 'trials' or 'trials_per_stimulus'")
         return self
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block as this observer begins it.
 
         The first answers follow a path through all stimuli in random order; then each batch is chosen by all the
@@ -146,7 +146,7 @@ class ActivePairs(TimedKind):
         levels = [groups.group_of[names[items[0]]] for items in members]
         return {f"pairs_within_{groups.factor}": dict(zip(levels, wanted, strict=True))}
 
-    def _steps(self, setting: Setting, view: SimultaneousView, trials: int) -> Steps:
+    def _steps(self, setting: BlockContext, view: SimultaneousView, trials: int) -> Steps:
         """Choose a batch, ask for its pairs and record each answer, until there are enough."""
         names, groups = self.grouped(setting.stimuli)
         style, reference = setting.style, setting.reference
@@ -188,7 +188,7 @@ class ActivePairs(TimedKind):
             return chooser.take((yield ChooseBatch(names, chooser.choose)))
         return chooser.next_batch(most)
 
-    def _chooser(self, setting: Setting, trials: int) -> Chooser:
+    def _chooser(self, setting: BlockContext, trials: int) -> Chooser:
         names, groups = self.grouped(setting.stimuli)
         batch, seed = self.most_at_once(setting.stimuli), setting.own_seed
         if groups is None and self.pool == "none":

@@ -28,6 +28,7 @@ from runner.blocks.block import (
     name_faults,
 )
 from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.field_types import OptionalFactor, ShortSeconds
 from runner.blocks.incomplete_pairs import designs, fewest_pairs, observers_pairs, place_of
 from runner.blocks.layout import SingleLayout
@@ -36,7 +37,6 @@ from runner.blocks.orders import Pair, grouped_order, pair_order
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, gap_s, present, sequence_page
 from runner.blocks.scale import Rated, Scale, ends_of, rate, scale_faults, scales_named
-from runner.blocks.setting import Setting, Stimuli
 from runner.ports import Ask, Compare
 from runner.scene import Picture
 
@@ -113,7 +113,7 @@ class AllPairs(TimedKind):
             raise ValueError("'balance' says how observers share pairs; give 'per_observer', the pairs of each, too")
         return self
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block in the observer's own order.
 
         The response time is that of the choice, from the onset of the screen that can be answered: of the pair, or of
@@ -143,14 +143,14 @@ class AllPairs(TimedKind):
         """How long black lies between the intervals of a sequence, in seconds; 0 where pictures are shown at once."""
         return gap_s(self.blank_between_s, in_sequence=self.presentation == "sequence")
 
-    def view(self, setting: Setting) -> SimultaneousView | SequenceView:
+    def view(self, setting: BlockContext) -> SimultaneousView | SequenceView:
         """Return how the two are shown."""
         look = setting.question, setting.style, self.ties, setting.reference
         if self.presentation == "sequence":
             return SequenceView(setting.single_layout(), *look)
         return SimultaneousView(setting.pair_layout(), *look)
 
-    def comparisons(self, setting: Setting) -> list[Comparison]:
+    def comparisons(self, setting: BlockContext) -> list[Comparison]:
         """Return who meets whom, in the observer's order, catch trials among them."""
         names, groups, part = chosen(self.stimuli, setting.stimuli), self._groups(setting.stimuli), self._part(setting)
         seeds = setting.pair_seed if part is None else setting.own_seed, setting.own_seed
@@ -188,7 +188,7 @@ class AllPairs(TimedKind):
         return [(names[i], names[j]) for i, j in self._pairs(stimuli)]
 
     def pairs_by_place(self, stimuli: Stimuli, seed: str, places: int) -> Iterator[list[tuple[str, str]]]:
-        """Yield the pairs of the first ``places`` observers in turn; ``seed`` is `Setting.shared_seed`."""
+        """Yield the pairs of the first ``places`` observers in turn; ``seed`` is `BlockContext.shared_seed`."""
         pairs = self.pairs(stimuli)
         if self.per_observer is None:
             yield from (pairs for _ in range(places))
@@ -201,7 +201,7 @@ class AllPairs(TimedKind):
         groups = self._groups(stimuli)
         return tuple(combinations(range(len(chosen(self.stimuli, stimuli))), 2) if groups is None else groups.sets)
 
-    def _part(self, setting: Setting) -> tuple[Pair, ...] | None:
+    def _part(self, setting: BlockContext) -> tuple[Pair, ...] | None:
         """Return the observer's pairs; None for all, also where `faults` finds too few or many."""
         stimuli = setting.stimuli
         if self.per_observer is None or next(self._part_faults(stimuli, self.per_observer), None):
@@ -230,7 +230,7 @@ class AllPairs(TimedKind):
         """Return how many trials there are beside catch trials."""
         return (self.per_observer or len(self._pairs(stimuli))) * self.repeats
 
-    def _steps(self, setting: Setting, view: SimultaneousView | SequenceView) -> Steps:
+    def _steps(self, setting: BlockContext, view: SimultaneousView | SequenceView) -> Steps:
         """Ask for every pair and record each answer."""
         style, reference, trials = setting.style, setting.reference, self.comparisons(setting)
         groups = self._groups(setting.stimuli)
@@ -264,7 +264,7 @@ class AllPairs(TimedKind):
             yield Draft("all_pairs", data, stimuli=trial.stimuli, response_time_s=response.time_s)
 
     def _rate(
-        self, setting: Setting, layout: SingleLayout, trial: Comparison, meaning: str
+        self, setting: BlockContext, layout: SingleLayout, trial: Comparison, meaning: str
     ) -> Generator[Ask, Response | None, dict[str, dict[str, Any]]]:
         """Ask for each rating, under the picture that it is about, and return what to record.
 

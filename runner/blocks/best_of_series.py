@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, Response, Steps, answer
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.field_types import Line
 from runner.blocks.interface import Interface
 from runner.blocks.layout import SingleLayout
@@ -27,7 +28,6 @@ from runner.blocks.series import (
     series_scene,
     series_targets,
 )
-from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
 from runner.ports import Ask, Browse
 from runner.scene import Scene
@@ -116,7 +116,7 @@ class BestOfSeries(PausedKind):
     wrap: bool = False
     """Whether the series goes on at its other end."""
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block in the observer's own order, series of one group apart where that can be avoided.
 
         The response time is that of the choice.
@@ -134,7 +134,7 @@ class BestOfSeries(PausedKind):
             scale_ends=ends_of(scales),
         )
 
-    def scales(self, setting: Setting) -> tuple[Scale, ...]:
+    def scales(self, setting: BlockContext) -> tuple[Scale, ...]:
         """Return the scales that are written, or those that suit the experiment."""
         if "ratings" in self.model_fields_set:
             return self.ratings

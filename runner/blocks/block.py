@@ -11,8 +11,8 @@ from pydantic import Field
 
 from analysis.records import PooledBatch
 from documents.text import counted, did_you_mean
-from documents.yaml import Strict
-from runner.blocks.setting import Setting, Stimuli
+from documents.yaml import FileModel
+from runner.blocks.context import BlockContext, Stimuli
 from runner.ports import Ask, ChooseBatch
 from runner.scene import Offset, Scene
 from stimuli.pictures import StereoImage
@@ -139,7 +139,7 @@ class Named:
     path: tuple[str | int, ...]
 
 
-class BlockKind(Strict):
+class BlockKind(FileModel):
     """One entry of ``blocks:``. A subclass holds its keys, names its ``kind``, and says how an observer meets it."""
 
     is_page: ClassVar[bool] = False
@@ -163,7 +163,7 @@ class BlockKind(Strict):
         return self.least_response_time_ms / 1000.0
 
     @abstractmethod
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block as the observer of ``setting`` meets it, also where `faults` finds some.
 
         Raises
@@ -178,7 +178,7 @@ class BlockKind(Strict):
         """Yield what is wrong with it beyond its own keys: stimuli that there are not, or that do not suit it."""
         yield from ()
 
-    def doubts(self, setting: Setting) -> Iterator[Fault]:
+    def doubts(self, setting: BlockContext) -> Iterator[Fault]:
         """Yield what a check warns of: it runs, but is perhaps not what was meant."""
         yield from ()
 

@@ -15,9 +15,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from documents.yaml import Count, Natural, Strict
+from documents.yaml import Count, FileModel, Natural
 from runner.blocks.block import Fault, name_faults
-from runner.blocks.setting import Stimuli
+from runner.blocks.context import Stimuli
 
 Catch = Literal["obvious", "identical"]
 
@@ -54,7 +54,7 @@ class Comparison:
 Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
 
 
-class CatchTrials(Strict):
+class CatchTrials(FileModel):
     """``pairs`` of stimuli (better, worse) with an obvious answer, and how many trials show one stimulus twice.
 
     One catch trial comes for ``every`` so many others, or for a ``share`` of them; ``identical`` of these show a

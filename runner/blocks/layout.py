@@ -12,7 +12,7 @@ from typing import Literal
 
 from devices.display import PanelSpec
 from documents import Finding
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Positive
 from runner.blocks.field_types import Line
 from runner.blocks.style import Style
 from runner.errors import SessionError
@@ -33,7 +33,7 @@ def size_ratio(sizes_px: Sequence[tuple[int, int]]) -> float:
     return math.sqrt(max(areas) / min(areas))
 
 
-class LayoutSpec(Strict):
+class LayoutSpec(FileModel):
     """How a trial looks: ``size_mm`` is each picture's aperture (width, height) on the screen.
 
     ``reference`` is what pictures are judged against: ``none``, ``physical`` for a real thing beside the screen, or the

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Literal
 
 from documents.yaml import Natural
 from runner.blocks.block import Block, BlockKind, Draft, Hold, Steps, answer
+from runner.blocks.context import BlockContext
 from runner.blocks.field_types import Seconds, ShortSeconds, Words
-from runner.blocks.setting import Setting
 from runner.blocks.style import Style
 from runner.blocks.text_entry import button
 from runner.ports import Ask, Target
@@ -63,7 +63,7 @@ class Instructions(_PageKind):
 
     kind: Literal["instructions"]
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the page."""
         return self._page(self.text, setting.style, setting.hint)
 
@@ -74,7 +74,7 @@ class Break(_PageKind):
     kind: Literal["break"]
     text: Words = "Time for a break."
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the page, in the interface's words if it has none of its own."""
         words = self.text if "text" in self.model_fields_set else setting.style.say("break_page")
         return self._page(words, setting.style)

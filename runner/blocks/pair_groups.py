@@ -11,8 +11,8 @@ import numpy as np
 
 from documents.text import counted, did_you_mean
 from runner.blocks.block import Fault
+from runner.blocks.context import Stimuli, level_words
 from runner.blocks.orders import Pair
-from runner.blocks.setting import Stimuli, level_words
 
 
 @dataclass(frozen=True, slots=True)

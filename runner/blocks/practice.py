@@ -9,12 +9,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from documents.yaml import Natural, Strict
+from documents.yaml import FileModel, Natural
 from runner.blocks.block import Block, BlockKind, Draft, Fault, Hold, Response, Steps, answer
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.interface import ENGLISH
 from runner.blocks.message import page
 from runner.blocks.registry import AnyBlock
-from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
 from runner.ports import Choose, ChooseBatch
 
@@ -36,7 +36,7 @@ _ANSWERS = {
 }
 
 
-class Until(Strict):
+class Until(FileModel):
     """Enough: of the last ``of`` answers with a right and a wrong, at least the share ``correct`` was right."""
 
     correct: Annotated[float, Field(gt=0, le=1)]
@@ -70,7 +70,7 @@ class Practice(BlockKind):
         own = "least_response_time_ms" in self.model_fields_set
         return self.least_response_time_ms / 1000.0 if own else self.block.least_s
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the first trials of the block as the observer of ``setting`` meets it, or fewer once that is enough.
 
         Feedback is given before the answer is recorded: whether it was right, where that is known, or what it was.

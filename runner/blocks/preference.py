@@ -16,11 +16,11 @@ from pydantic import Field, model_validator
 
 from documents.yaml import Natural
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Hold, Steps, answer, name_faults
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.field_types import Line, Seconds, ShortSeconds
 from runner.blocks.message import PausedKind
 from runner.blocks.orders import spread
 from runner.blocks.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
-from runner.blocks.setting import Setting, Stimuli
 from runner.ports import Ask, Compare
 from runner.scene import Scene
 
@@ -71,7 +71,7 @@ class Preference(PausedKind):
             raise ValueError("'blank_between_s' belongs to 'presentation: sequence'; 'blank_s' lies between trials")
         return self
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block in the observer's own order.
 
         The response time runs from the onset of the question (of the pair, where it stays).
@@ -94,14 +94,14 @@ class Preference(PausedKind):
         """How long black lies between the intervals of a sequence, in seconds; 0 where pictures are shown at once."""
         return gap_s(self.blank_between_s, in_sequence=self.presentation == "sequence")
 
-    def view(self, setting: Setting) -> SimultaneousView | SequenceView:
+    def view(self, setting: BlockContext) -> SimultaneousView | SequenceView:
         """Return how the two are shown."""
         look = self.question or setting.question, setting.style
         if self.presentation == "sequence":
             return SequenceView(setting.single_layout(), *look, reference=setting.reference)
         return SimultaneousView(setting.pair_layout(), *look, reference=setting.reference)
 
-    def order(self, setting: Setting) -> list[tuple[Versions, bool]]:
+    def order(self, setting: BlockContext) -> list[tuple[Versions, bool]]:
         """Return the pictures in the observer's order, and whether the stereo version stands first.
 
         It does in half of them, one more or less.
@@ -154,7 +154,7 @@ class Preference(PausedKind):
                 if known is not None and known != view:
                     yield Fault(f"'{name}' is {known}, not {view}", ("pairs", index, place), remedy)
 
-    def _steps(self, setting: Setting, view: SimultaneousView | SequenceView) -> Steps:
+    def _steps(self, setting: BlockContext, view: SimultaneousView | SequenceView) -> Steps:
         """Show both versions of each picture, ask, and record the answer."""
         order, style = self.order(setting), setting.style
         trials = [

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from documents.yaml import Strict
+from documents.yaml import FileModel
 from runner.blocks.block import Block, BlockKind, Draft, Fault, Response, Steps, answer
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.field_types import Label, Line
-from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
 from runner.blocks.text_entry import LONGEST, LONGEST_NUMBER, Number, Words, button, lines_needed, typed, written
 from runner.ports import Ask, Choose
@@ -39,7 +39,7 @@ Option = Annotated[str, Field(min_length=1, max_length=60)]
 _DIGITS = 9
 
 
-class _Question(Strict):
+class _Question(FileModel):
     """What every question has; one that is not ``required`` may be left out."""
 
     name: Label
@@ -171,7 +171,7 @@ class Questionnaire(BlockKind):
     questions: Annotated[list[AnyQuestion], Field(min_length=1, max_length=200)]
     """The questions, one a page."""
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the questions in their order, a record for each.
 
         The response time is the sum of the times from each screen's onset to the press that ended it: from the

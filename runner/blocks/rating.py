@@ -25,11 +25,11 @@ from runner.blocks.block import (
     chosen,
     name_faults,
 )
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import repeated
 from runner.blocks.scale import Rated, Scale, ends_of, rate_all, scale_faults, scale_items, scales_named
-from runner.blocks.setting import Setting, Stimuli
 from runner.scene import Item, Picture, Scene
 
 
@@ -48,7 +48,7 @@ class Rating(TimedKind):
     repeats: Annotated[Natural, Field(le=100_000)] = 1
     """How many times each one is asked."""
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block in the observer's own order.
 
         The response time is that of all ratings together, from when the first scale is shown.
@@ -74,7 +74,7 @@ class Rating(TimedKind):
         """Yield its scales."""
         yield from scales_named(self.ratings)
 
-    def _steps(self, setting: Setting, layout: SingleLayout) -> Steps:
+    def _steps(self, setting: BlockContext, layout: SingleLayout) -> Steps:
         """Ask for the ratings of every stimulus and record them together."""
         style, reference = setting.style, setting.reference
         order = repeated(chosen(self.stimuli, setting.stimuli), self.repeats, random.Random(setting.own_seed))

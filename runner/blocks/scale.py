@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from documents.yaml import Strict
+from documents.yaml import FileModel
 from runner.blocks.block import Fault, Named, Response, answer
 from runner.blocks.field_types import Label, Line
 from runner.blocks.layout import SingleLayout
@@ -36,7 +36,7 @@ WIDEST = 100
 Anchor = Annotated[str, Field(max_length=60)]
 
 
-class Scale(Strict):
+class Scale(FileModel):
     """A scale of whole numbers, ``lowest`` to ``highest``; more than 11 make a slider.
 
     ``name`` is what the record calls it. The anchors stand at the ends and in the middle. Without ``confirm`` a number

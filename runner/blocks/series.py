@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from documents.yaml import Strict
+from documents.yaml import FileModel
 from runner.blocks.block import Fault, Named, name_faults
+from runner.blocks.context import Stimuli, level_words
 from runner.blocks.field_types import Factor, Line
 from runner.blocks.layout import SingleLayout
-from runner.blocks.setting import Stimuli, level_words
 from runner.blocks.style import Style
 from runner.ports import Target
 from runner.scene import Item, Picture, Scene
@@ -31,7 +31,7 @@ class Series:
 Names = Annotated[list[str], Field(min_length=2)]
 
 
-class SeriesBySpec(Strict):
+class SeriesBySpec(FileModel):
     """Series that the stimuli's factors make.
 
     Stimuli that agree in every factor of ``by`` make a series, sorted by the factor ``order``. Series that agree in the

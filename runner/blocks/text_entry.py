@@ -10,7 +10,7 @@ from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
-from documents.yaml import Strict
+from documents.yaml import FileModel
 from runner.blocks.block import Response, answer
 from runner.blocks.interface import ENGLISH
 from runner.blocks.style import Style
@@ -24,7 +24,7 @@ Limit = Annotated[float, Field(ge=-1e9, le=1e9)]
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
 
 
-class Words(Strict):
+class Words(FileModel):
     """Some words, ``max_length`` characters at most."""
 
     max_length: Annotated[int, Field(ge=1, le=LONGEST)] = LONGEST
@@ -52,7 +52,7 @@ class Words(Strict):
         return "1"
 
 
-class Number(Strict):
+class Number(FileModel):
     """A number from ``lowest`` to ``highest``, both included, in a unit; without a fraction if ``whole``."""
 
     unit: Annotated[str, Field(max_length=20)] = ""

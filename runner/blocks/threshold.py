@@ -22,11 +22,11 @@ from runner.blocks.block import (
     StimulusNames,
     answer,
 )
+from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.field_types import Factor, Line, OptionalFactor, ShortSeconds
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import TimedKind
 from runner.blocks.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
-from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import Style
 from runner.blocks.threshold_ladders import LEAST_LEVELS, Ladder, ladder_faults, ladders
 from runner.blocks.threshold_tracks import Asked, MethodSpec, QuestPlusSpec, Track, interleaved
@@ -152,7 +152,7 @@ class Threshold(TimedKind):
             raise ValueError("'reference' for each level needs 'within', the factor that has these levels")
         return self
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block as this observer begins it.
 
         Of every track of every ladder there are so many trials, interleaved, and catch trials without a signal beside.
@@ -179,7 +179,7 @@ class Threshold(TimedKind):
         """How long black lies between two intervals, in seconds."""
         return gap_s(self.blank_between_s, in_sequence=self.task == "two_intervals")
 
-    def view(self, setting: Setting) -> _View:
+    def view(self, setting: BlockContext) -> _View:
         """Return how stimuli are shown."""
         look = self.question or setting.question, setting.style
         if self.task == "two_places":
@@ -197,7 +197,7 @@ class Threshold(TimedKind):
                 where = f" in the {self.within} '{ladder.group}'" if self.within else ""
                 yield from self.method.faults(ladder, where)
 
-    def doubts(self, setting: Setting) -> Iterator[Fault]:
+    def doubts(self, setting: BlockContext) -> Iterator[Fault]:
         """Yield that a level 0 among others above it has no logarithm."""
         for ladder in self.ladders(setting.stimuli):
             if min(ladder.levels) == 0 < max(ladder.levels):
@@ -223,7 +223,7 @@ class Threshold(TimedKind):
             facts[f"levels_of_{self.factor}{where}"] = list(ladder.levels)
         return facts
 
-    def _steps(self, setting: Setting, view: _View, rungs: Sequence[Ladder], catch: int) -> Steps:
+    def _steps(self, setting: BlockContext, view: _View, rungs: Sequence[Ladder], catch: int) -> Steps:
         """Ask at the level that each track's answers call for, and record each answer."""
         tracks, rng = self._tracks(rungs, setting.own_seed), random.Random(f"{setting.own_seed}/order")
         turns = interleaved(len(tracks), self.trials, catch, rng)

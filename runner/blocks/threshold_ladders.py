@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from analysis.thresholds import Easier
 from documents.text import counted
 from runner.blocks.block import Fault, StimulusNames, chosen, name_faults
+from runner.blocks.context import Stimuli, level_words
 from runner.blocks.pair_groups import factor_faults
-from runner.blocks.setting import Stimuli, level_words
 
 LEAST_LEVELS = 3  # fewer have no slope
 References = str | Mapping[str, str] | None

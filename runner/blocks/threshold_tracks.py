@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from analysis.thresholds import FUNCTIONS, Choices, Easier, QuestPlus, Staircase, axis_of
-from documents.yaml import Strict
+from documents.yaml import FileModel
 from runner.blocks.block import Fault
 from runner.blocks.threshold_ladders import Ladder
 
@@ -41,7 +41,7 @@ class Asked:
         return (self.stimulus, reference) if self.first else (reference, self.stimulus)
 
 
-class QuestPlusSpec(Strict):
+class QuestPlusSpec(FileModel):
     """QUEST+: the level whose answer is expected to tell most about threshold, slope and rates together."""
 
     kind: Literal["quest_plus"]
@@ -69,7 +69,7 @@ class QuestPlusSpec(Strict):
 Start: TypeAlias = Literal["above", "below"] | Annotated[float, Field(ge=-1e12, le=1e12)]
 
 
-class StaircaseSpec(Strict):
+class StaircaseSpec(FileModel):
     """Weighted up-down: ``down`` levels harder after a right answer, ``up`` easier after a wrong one.
 
     It comes to rest at the share up / (up + down) of right answers. A staircase begins at each of ``start``: ``above``

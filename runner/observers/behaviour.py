@@ -11,13 +11,13 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from documents.yaml import Natural, NotNegative, Number, Positive, Strict
+from documents.yaml import FileModel, Natural, NotNegative, Number, Positive
 from runner.blocks.field_types import Factor
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class FatigueSpec(Strict):
+class FatigueSpec(FileModel):
     """What grows evenly from the first judgement on, until after ``over_trials`` of them it stays.
 
     ``lapse_rate`` is the share of random answers at the end. ``noise`` is what log odds are divided by at the end: 1 is
@@ -32,7 +32,7 @@ class FatigueSpec(Strict):
     """What log odds are divided by at the end; 1 is no fatigue."""
 
 
-class TiesSpec(Strict):
+class TiesSpec(FileModel):
     """How often two pictures are a tie where that may be answered: ν of Davidson's law or θ of Rao and Kupper's.
 
     Where both ``no_difference`` and ``not_sure`` may be answered, ``not_sure_share`` of the ties are the latter.
@@ -52,7 +52,7 @@ class TiesSpec(Strict):
         return self
 
 
-class PsychometricSpec(Strict):
+class PsychometricSpec(FileModel):
     """How often a question with a right answer is answered right, by its strength in the task's unit.
 
     At ``threshold`` it is half-way between guessing and certainty; ``slope`` is in log odds per factor of e in
@@ -74,7 +74,7 @@ class PsychometricSpec(Strict):
         return self
 
 
-class BehaviourSpec(Strict):
+class BehaviourSpec(FileModel):
     """What simulated observers have in common, however they judge.
 
     ``position_bias`` is in log odds for the picture in the first place. ``lapse_rate`` is the share of judgements that

@@ -8,13 +8,13 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field
 
 from documents import Finding, load_document
-from documents.yaml import OneOf, Positive, Strict, YamlSource
+from documents.yaml import FileModel, OneOf, Positive, YamlSource
 from runner.blocks.field_types import Line
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec
 
 
-class PublishedSpec(Strict):
+class PublishedSpec(FileModel):
     """A stimulus's published result: score and perceptual class."""
 
     score: Positive

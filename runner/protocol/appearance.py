@@ -17,7 +17,7 @@ from devices.display import Rig, px_from_mm, size_mm
 from documents import InputError
 from documents.files import beside
 from documents.fonts import read_font
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Positive
 from runner.blocks.block import Block, Fault
 from runner.blocks.interface import KEYS, LANGUAGES, PRESSES, Interface, Language, key_faults, word_faults, words_of
 from runner.blocks.style import Progress, Style
@@ -30,7 +30,7 @@ from runner.presenter.modes.registry import find_mode
 Coordinate = Annotated[float, Field(gt=0, lt=1)]
 
 
-class _LightSpec(Strict):
+class _LightSpec(FileModel):
     luminance_cd_m2: Annotated[
         NotNegative | None, Field(description="Luminance in cd/m², the room's light included.")
     ] = None
@@ -93,7 +93,7 @@ class TextStyleSpec(_LightSpec):
         return False
 
 
-class StyleSpec(Strict):
+class StyleSpec(FileModel):
     """How screens look: ``background`` and ``text``, the session's ``progress``, and a page at the end."""
 
     background: Annotated[BackgroundSpec | None, Field(description="Light behind everything; black if left out.")] = (

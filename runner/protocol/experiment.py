@@ -18,12 +18,12 @@ from devices.display import AskMonitor, Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for, no_file_name
 from documents.text import did_you_mean
-from documents.yaml import Path_, Seed, Strict, YamlSource
+from documents.yaml import FileModel, Path_, Seed, YamlSource
 from runner.blocks.block import Block, BlockKind, Fault, Named
+from runner.blocks.context import BlockContext, Draw, Factors, Stimuli
 from runner.blocks.field_types import Line
 from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px
 from runner.blocks.registry import AnyBlock
-from runner.blocks.setting import Draw, Factors, Setting, Stimuli
 from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.presenter.dithering import Dithering
@@ -70,7 +70,7 @@ def _folder_name(name: str) -> str:
     return name
 
 
-class ClassSettings(Strict):
+class ClassSettings(FileModel):
     """How perceptual classes are formed: level of the pairwise tests, their adjustment and standard errors.
 
     ``covariance`` is ``model``, which takes all answers for independent; ``scaled``, ``sandwich`` or ``shrinkage``,
@@ -109,14 +109,14 @@ _FACTS: Mapping[str, Any] = MappingProxyType(
 )
 MethodsSpec = create_model(
     "MethodsSpec",
-    __base__=Strict,
+    __base__=FileModel,
     __doc__="What a paper must say and no log can: each fact fills a blank of the report's Methods.",
     __module__=__name__,
     **_FACTS,
 )
 
 
-class ExperimentSpec(Strict):
+class ExperimentSpec(FileModel):
     """An experiment file. ``rig`` and ``stimuli`` are paths relative to it."""
 
     schema_version: Literal[1]
@@ -384,12 +384,12 @@ def read_experiment(
 
 def _settings(
     spec: ExperimentSpec, rig: Rig, style: Style, stimuli: Stimuli, observer: str, draw: Draw
-) -> list[Setting]:
+) -> list[BlockContext]:
     """Return what ``observer`` meets each block in."""
     common = spec.name, spec.seed, spec.question, spec.layout, rig, style, stimuli
     following = ["page" if block.begins_with_words else "trials" for block in spec.blocks[1:]]
     after: list[Any] = [*following, "nothing"]
-    return [Setting(*common, observer, index, after[index], draw) for index in range(len(spec.blocks))]
+    return [BlockContext(*common, observer, index, after[index], draw) for index in range(len(spec.blocks))]
 
 
 def _style(
@@ -399,7 +399,7 @@ def _style(
 
 
 def _make_blocks(
-    spec: ExperimentSpec, settings: Sequence[Setting], source: YamlSource
+    spec: ExperimentSpec, settings: Sequence[BlockContext], source: YamlSource
 ) -> tuple[dict[int, Block], list[Finding]]:
     """Return the blocks that can be made, by place, and why the others cannot; what does not fit is reported once."""
     blocks: dict[int, Block] = {}

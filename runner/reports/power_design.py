@@ -13,8 +13,8 @@ from documents import Finding
 from runner.blocks.active_pairs import ActivePairs
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import chosen
+from runner.blocks.context import level_words, shared_seed
 from runner.blocks.incomplete_pairs import PLACES
-from runner.blocks.setting import level_words, shared_seed
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment
 

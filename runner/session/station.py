@@ -19,7 +19,7 @@ from documents.files import RESTORE
 from documents.fonts import undrawable
 from documents.text import counted
 from runner.blocks.block import Block, Draft
-from runner.blocks.setting import Draw
+from runner.blocks.context import Draw
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, changes, check_replayable

@@ -16,7 +16,7 @@ from devices.timing_marks import Marked, MarkError, MarkPort, MarksSpec, PortLos
 from documents import Finding
 from documents.text import counted
 from documents.yaml import read_yaml
-from runner.blocks.setting import Factors, level_words
+from runner.blocks.context import Factors, level_words
 from runner.session.events import Answered, Event, Recording, SceneShown, Shown
 
 _LOOKED_S = 0.05

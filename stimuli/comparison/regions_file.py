@@ -15,7 +15,7 @@ from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
 from devices.readings import colorchecker_xyY
 from documents import InputError, load_document
 from documents.arrays import Floats
-from documents.yaml import Natural, Positive, Strict, YamlSource
+from documents.yaml import FileModel, Natural, Positive, YamlSource
 from stimuli.comparison.options import LuminanceMode, WhiteName
 from stimuli.comparison.verdict import Limits
 
@@ -36,7 +36,7 @@ WHOLE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 Units = Literal["px", "share"]
 
 
-class _Areas(Strict):
+class _Areas(FileModel):
     """An entry: between four corners of what ``layout`` divides, or one outline where there is none."""
 
     area_kind: ClassVar[AreaKind]
@@ -203,7 +203,7 @@ RegionSpec = Annotated[
 ]
 
 
-class RegionsSpec(Strict):
+class RegionsSpec(FileModel):
     """A regions file."""
 
     schema_version: Literal[1]

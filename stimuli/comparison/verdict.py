@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from documents.text import JsonResult, significant
-from documents.yaml import Positive, Strict
+from documents.yaml import FileModel, Positive
 
 Outcome = Literal["passes", "fails", "cannot say", "noted"]
 Decision = Literal["validated", "not validated", "cannot say"]
@@ -22,7 +22,7 @@ _NEXT_TO_NOTHING = 1e-4
 _EYES = ("left eye: ", "right eye: ")
 
 
-class Limits(Strict):
+class Limits(FileModel):
     """The limits of a verdict.
 
     Two colours count as equal up to ``delta_e``: 1.0 ± 0.4 of Berns and Hou for car paint, thesis Section 5.5. Of the

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from documents import Finding
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Positive
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import ColourSpace, Decoding, Negative
 from stimuli.pictures.own_files import decoders
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stimuli.recipes.view_sources import ViewSource
 
 
-class LightSpec(Strict):
+class LightSpec(FileModel):
     """How numbers in files become light: for all stimuli of a recipe, or for one.
 
     ``white_luminance_cd_m2`` is the luminance of the value 1, or of the highest code; partly transparent pictures lie

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from documents import Finding
-from documents.yaml import Path_, Strict
+from documents.yaml import FileModel, Path_
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
 from stimuli.recipes.values import SparklesSpec, Views
 
@@ -28,7 +28,7 @@ class RecipeFault:
     remedy: str
 
 
-class RecipeKind(Strict):
+class RecipeKind(FileModel):
     """A recipe. A subclass holds its keys, ``kind`` among them; ``observer`` is that of its pictures' XYZ."""
 
     schema_version: Literal[1]

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from documents.yaml import Path_, Positive, Strict
+from documents.yaml import FileModel, Path_, Positive
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
 from stimuli.recipes.recipe_kind import RecipeFault, RecipeKind, stimulus_name, twin_names, twin_views
@@ -22,7 +22,7 @@ MAX_FLAKES = 50_000_000
 MAX_CAMERA_PIXELS = 100_000_000
 
 
-class ShotSpec(Strict):
+class ShotSpec(FileModel):
     """One photograph: exposed for so long, then all its XYZ multiplied."""
 
     name: Name

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
-from documents.yaml import Positive, Strict
+from documents.yaml import FileModel, Positive
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
@@ -48,7 +48,7 @@ class FlakesChangeSpec(FlakesSpec):
 _left_out(FlakesChangeSpec)
 
 
-class NamedPlateSpec(Strict):
+class NamedPlateSpec(FileModel):
     """A plate by its name, and where it differs from the shared one."""
 
     name: Name

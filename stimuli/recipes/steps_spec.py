@@ -17,7 +17,7 @@ from devices.colour import WHITE_POINTS_XYZ, XYZ_from_xyY, adaptation_matrix, wh
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.errors import DeviceError
 from documents import did_you_mean
-from documents.yaml import Count, Natural, Number, Positive, Strict
+from documents.yaml import Count, FileModel, Natural, Number, Positive
 from stimuli.align.interpolate import Interpolation
 from stimuli.luminance.saturation import LIMIT_PERCENT
 from stimuli.pictures.exr_read import Negative
@@ -48,7 +48,7 @@ White = Annotated[str | tuple[Number, ...], BeforeValidator(_white)]
 _LUMINANCES = ("scale", "mean_cd_m2", "max_cd_m2", "white_cd_m2")
 
 
-class ToeInSpec(Strict):
+class ToeInSpec(FileModel):
     """Cameras turned inwards by ``toe_in_deg`` each; the focal length in pixels, or the field of view across."""
 
     toe_in_deg: Annotated[float, Field(ge=0, lt=45)]
@@ -65,7 +65,7 @@ class ToeInSpec(Strict):
         return self
 
 
-class PointsSpec(Strict):
+class PointsSpec(FileModel):
     """The same places of the sample's plane, marked in both views: x and y in pixels from the top left."""
 
     left: Annotated[tuple[Place, ...], Field(min_length=1)]
@@ -80,7 +80,7 @@ class PointsSpec(Strict):
         return self
 
 
-class AlignSpec(Strict):
+class AlignSpec(FileModel):
     """How the sample's plane comes to zero parallax: see `stimuli.align.pair.align_pair`.
 
     With ``straighten``, roll and scale between the cameras are undone first: see `stimuli.align.straightening`.
@@ -120,7 +120,7 @@ class AlignSpec(Strict):
         return self
 
 
-class CropSpec(Strict):
+class CropSpec(FileModel):
     """The part that is shown, in pixels of the (aligned) picture."""
 
     left_px: Count
@@ -133,7 +133,7 @@ class CropSpec(Strict):
     """How many rows."""
 
 
-class AdaptSpec(Strict):
+class AdaptSpec(FileModel):
     """Chromatic adaptation: the picture as it looks under another white, see `devices.colour.adaptation`.
 
     A white is a name (``d65``), a chromaticity x, y, or XYZ. Of XYZ the chromaticity counts: a white keeps its
@@ -173,7 +173,7 @@ class AdaptSpec(Strict):
             raise ValueError(str(error)) from error
 
 
-class LuminanceSpec(Strict):
+class LuminanceSpec(FileModel):
     """One factor for all XYZ of both eyes, and whether the picture becomes grey.
 
     ``scale`` is the factor itself; else it brings the mean, the maximum, or the white in ``white_box`` (first column,
@@ -205,7 +205,7 @@ class LuminanceSpec(Strict):
         return self
 
 
-class ResampleSpec(Strict):
+class ResampleSpec(FileModel):
     """How large the picture is in truth, so that the display shows it at that size: pixels per mm, or its width."""
 
     px_per_mm: Positive | None = None
@@ -229,7 +229,7 @@ class ResampleSpec(Strict):
         return self.width_mm, self.width_mm * height_px / width_px
 
 
-class ToneMapSpec(Strict):
+class ToneMapSpec(FileModel):
     """The brightest pixel becomes ``reference_cd_m2``, unless more than ``limit_percent`` of pixels would saturate."""
 
     reference_cd_m2: Positive
@@ -238,7 +238,7 @@ class ToneMapSpec(Strict):
     """The share of pixels that may saturate, in percent."""
 
 
-class StepsSpec(Strict):
+class StepsSpec(FileModel):
     """The steps in their order."""
 
     toe_in: ToeInSpec | None = None

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from documents.files import no_file_name, with_slashes
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Positive
 from stimuli.develop.options import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
@@ -76,7 +76,7 @@ Seconds = Annotated[
 Views = Annotated[tuple[View, ...], Field(min_length=1, max_length=2)]
 
 
-class SeriesSpec(Strict):
+class SeriesSpec(FileModel):
     """The step of a series for every picture: multiply its XYZ, and make it grey, with the chromaticity given."""
 
     name: Name
@@ -109,7 +109,7 @@ class SeriesSpec(Strict):
 SeriesSpecs = Annotated[tuple[SeriesSpec, ...], Field(min_length=1, max_length=32)]
 
 
-class SparklesSpec(Strict):
+class SparklesSpec(FileModel):
     """The threshold of a sparkle where a manifest reports number, size and contrast of sparkles.
 
     ``times`` the local background, and above ``above_cd_m2``.
@@ -131,7 +131,7 @@ class SparklesSpec(Strict):
         return Threshold(self.times, self.above_cd_m2)
 
 
-class DevelopSpec(Strict):
+class DevelopSpec(FileModel):
     """How files become linear camera RGB: see `stimuli.develop.read.read_camera_image`."""
 
     demosaic: Demosaic = DEFAULT_DEMOSAIC
@@ -150,7 +150,7 @@ class DevelopSpec(Strict):
     """What becomes of negative light: clipped, or refused."""
 
 
-class SpectralSpec(Strict):
+class SpectralSpec(FileModel):
     """Quantity and light of spectral pictures: see `stimuli.spectral.light.Illumination`."""
 
     quantity: Literal["radiance", "reflectance"] | None = None

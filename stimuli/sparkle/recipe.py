@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
-from documents.yaml import NotNegative, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Positive
 from stimuli.sparkle.scene import Chromaticity, Clusters, Lamp, Plate, Share, SpectrumSpec
 
 # Where the eye is most sensitive.
@@ -22,7 +22,7 @@ def _share(value: SpectrumSpec) -> SpectrumSpec:
 ShareSpectrum = Annotated[SpectrumSpec, AfterValidator(_share)]
 
 
-class FlakesSpec(Strict):
+class FlakesSpec(FileModel):
     """The flakes: how many, how large, how deep, how they tilt and how they reflect.
 
     Their light has ``chromaticity_xy`` in a coat that is tinted, or the ``spectrum`` of their reflectance times the
@@ -71,7 +71,7 @@ class FlakesSpec(Strict):
         return self
 
 
-class FlopSpec(Strict):
+class FlopSpec(FileModel):
     """The shine of the base, which darkens away from the lamp's mirror direction; by default in the flakes' colour."""
 
     reflectance: Share
@@ -82,7 +82,7 @@ class FlopSpec(Strict):
     """The chromaticity x, y of the light."""
 
 
-class BaseSpec(Strict):
+class BaseSpec(FileModel):
     """The base between the flakes: matt, and with a ``flop`` if it shines; ``spectrum`` multiplies ``reflectance``."""
 
     reflectance: Share
@@ -101,7 +101,7 @@ class BaseSpec(Strict):
         return self
 
 
-class PaintedPlateSpec(Strict):
+class PaintedPlateSpec(FileModel):
     """The painted plate."""
 
     size_mm: tuple[Positive, Positive]

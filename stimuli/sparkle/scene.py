@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from documents.arrays import Floats
-from documents.yaml import NotNegative, Number, Positive, Strict
+from documents.yaml import FileModel, NotNegative, Number, Positive
 
 Row = tuple[float, float, float]
 Spectrum = tuple[float, ...]
@@ -34,7 +34,7 @@ _Triple = tuple[Number, Number, Number]
 Chromaticity = Annotated[tuple[Number, Number], AfterValidator(_chromaticity)]
 
 
-class SpectrumSpec(Strict):
+class SpectrumSpec(FileModel):
     """Values at rising wavelengths: straight lines between, the first and the last value beyond."""
 
     nm: Annotated[tuple[Positive, ...], Field(min_length=2, max_length=1000)]
@@ -57,7 +57,7 @@ class SpectrumSpec(Strict):
         return tuple(np.interp(wavelengths_nm(), self.nm, self.values).tolist())
 
 
-class Clusters(Strict):
+class Clusters(FileModel):
     """Conglomerates: the share of flakes in them, how many each holds, how wide it is, how far it tilts as a whole.
 
     Coarse droplets of paint leave them. Each holds ``flakes`` on average, spread about its middle as a Gaussian of
@@ -118,7 +118,7 @@ class Plate:
     clusters: Clusters | None = None
 
 
-class Lamp(Strict):
+class Lamp(FileModel):
     """A lamp; its zenith angle is from the plate's normal, its azimuth from the right, 90 being above.
 
     With ``distance_mm`` from the plate's middle it is near, and may have a beam. Its light is a chromaticity, a black
@@ -178,7 +178,7 @@ class Lamp(Strict):
         return None if self.distance_mm is None else self.distance_mm * self.direction
 
 
-class Noise(Strict):
+class Noise(FileModel):
     """The sensor's noise: electrons in a full channel, at the sensitivity used, and electrons of read noise."""
 
     full_well_electrons: Annotated[float, Field(ge=10, le=1e7)]
@@ -187,7 +187,7 @@ class Noise(Strict):
     """Electrons of read noise."""
 
 
-class Camera(Strict):
+class Camera(FileModel):
     """The camera, moved sideways between the views. ``pupil_mm`` adds the spread of an eye's optics, 2 to 6 mm.
 
     Its frustum is off axis: there is no parallax at the plate's surface. ``point_spread_sd_px`` is that of a Gaussian;

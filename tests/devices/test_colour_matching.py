@@ -30,7 +30,7 @@ from devices.colour_matching import (
 )
 from devices.colour_matching.cone_fundamentals import quantal_fundamentals
 from devices.errors import DeviceError
-from documents.yaml import Strict
+from documents.yaml import FileModel
 
 
 # Colorimetric observers by name: the published tables, and how names are read.
@@ -85,7 +85,7 @@ def test_equal_names_are_equal_observers() -> None:
         colorimetric_observer("CIE 1931 2").functions[0, 0] = 1.0
 
 
-class _File(Strict):
+class _File(FileModel):
     observer: ObserverSpec = "CIE 1931 2"
 
 

@@ -10,14 +10,14 @@ from typing import Literal
 
 import pytest
 
-from documents import Strict
+from documents import FileModel
 from documents.extensions import Environment, ExtensionError, Registry, of_base
 
 GROUP = "cyclopean.things"
 Install = Callable[..., None]
 
 
-class Thing(Strict):
+class Thing(FileModel):
     kind: str
 
 
@@ -28,7 +28,7 @@ class Cup(Thing):
 SOUND = """
 CYCLOPEAN_INTERFACE = 1
 from typing import Literal
-from documents import Strict
+from documents import FileModel
 from tests.documents.test_extensions import Thing
 
 class Jug(Thing):
@@ -113,7 +113,7 @@ def test_what_the_cache_says_is_looked_up_again_where_it_is_out_of_date(install:
         ("raise OSError('no such table')", "OSError: no such table"),
         (SOUND.replace("CYCLOPEAN_INTERFACE = 1", ""), "does not say"),
         (SOUND.replace("INTERFACE = 1", "INTERFACE = 99"), "interface 99"),
-        (SOUND.replace("Jug(Thing)", "Jug(Strict)"), "Thing"),
+        (SOUND.replace("Jug(Thing)", "Jug(FileModel)"), "Thing"),
         (SOUND.replace('"jug"', '"mug"'), "mug"),
         ("CYCLOPEAN_INTERFACE = 1", "Jug"),
     ],

@@ -20,7 +20,7 @@ from analysis.kinds import Trial
 from analysis.records import FILE_NAME, Header, Mark, Note, PooledBatch, WindowEvent, new_header
 from devices.display import Rig, read_rig
 from runner import Scene
-from runner.blocks import FULL_HD_HALF, AnyBlock, Block, Draft, Setting, Stimuli, Style
+from runner.blocks import FULL_HD_HALF, AnyBlock, Block, BlockContext, Draft, Stimuli, Style
 from runner.blocks.layout import LayoutSpec
 from runner.observers import key_for, plain_key, walk
 from runner.ports import Ask, Choose, Compare, Holding, KeyPress
@@ -163,7 +163,7 @@ def setting(
     size_mm: tuple[float, float] = (60, 40),
     style: Style = FULL_HD_HALF,
     **more: Any,
-) -> Setting:
+) -> BlockContext:
     """Return what ``observer`` meets a block on these stimuli in; ``more`` are other attributes of it."""
     known = stimuli if isinstance(stimuli, Stimuli) else Stimuli({name: {} for name in stimuli})
     reference = known.reference or more.pop("reference", "none")
@@ -171,7 +171,7 @@ def setting(
         {"arrangement": arrangement, "size_mm": size_mm, "gap_mm": 10, "reference": reference}
     )
     common = {"experiment": "e", "seed": 0, "question": "Which?", "layout": layout, "rig": rig(), "style": style}
-    return Setting(**{**common, "stimuli": known, "observer": observer, **more})
+    return BlockContext(**{**common, "stimuli": known, "observer": observer, **more})
 
 
 def entry(kind: str, **keys: Any) -> Any:
@@ -179,7 +179,7 @@ def entry(kind: str, **keys: Any) -> Any:
     return TypeAdapter(AnyBlock).validate_python({"kind": kind, **keys})
 
 
-def met(kind: str, place: Setting, **keys: Any) -> Block:
+def met(kind: str, place: BlockContext, **keys: Any) -> Block:
     """Return the block that an entry is in a setting."""
     block: Block = entry(kind, **keys).meet(place)
     return block

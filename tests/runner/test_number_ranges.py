@@ -20,7 +20,7 @@ import documents
 import runner
 import stimuli
 from documents import InputError
-from documents.yaml import Positive, Strict
+from documents.yaml import FileModel, Positive
 from runner.cli.main import group
 from tests.runner import every_kind as EVERY
 
@@ -72,7 +72,7 @@ def schema(model: type[BaseModel]) -> dict[str, Any]:
     return model.model_json_schema()
 
 
-class Half(Strict):
+class Half(FileModel):
     """Numbers of which some have no range."""
 
     ranged: Positive = 1

@@ -13,12 +13,12 @@ from pydantic import Field, model_validator
 
 from documents import Finding
 from runner.blocks.block import Block, BlockKind, Draft, Ended, Fault, Response, Steps, answer
+from runner.blocks.context import BlockContext
 from runner.blocks.field_types import Words
 from runner.blocks.message import page
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Presentation, Screen, Series, TrialAnswers, VisionTest
-from runner.blocks.setting import Setting
 from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.ports import Ask, Choose
@@ -66,12 +66,12 @@ class Screening(BlockKind):
                 raise ValueError(f"the test '{name}' stands twice")
         return self
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block, with pictures of this observer's own."""
         screen = _screen(self.tests, setting)
         return self.of_tests([test.make(screen, setting.own_seed) for test in self.tests], setting.style)
 
-    def doubts(self, setting: Setting) -> Iterator[Fault]:
+    def doubts(self, setting: BlockContext) -> Iterator[Fault]:
         """Yield that a mode with colour filters gives the squares of a stereogram away."""
         names = [test.test for test in self.tests]
         rig = setting.rig
@@ -233,7 +233,7 @@ def _in_unit(strength: float | None, test: VisionTest) -> float | None:
     return round(strength, 6)
 
 
-def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
+def _screen(tests: list[AnyTestSpec], setting: BlockContext) -> Screen:
     """Return the rig's screen, if its stereo mode can show the tests at all."""
     rig = setting.rig
     mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))

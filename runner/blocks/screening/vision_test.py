@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from analysis.observers import threshold_estimate
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import EyeModels, disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
-from documents.yaml import Positive, Strict
+from documents.yaml import FileModel, Positive
 from runner.ports import Target
 from runner.scene import Item
 from stimuli.pictures import StereoImage
@@ -186,7 +186,7 @@ def four_targets(offset_px: float, size_px: float) -> dict[str, Target]:
     }
 
 
-class VisionTestSpec(Strict):
+class VisionTestSpec(FileModel):
     """A test; a level is passed by ``required`` right answers of ``repeats``, and the first failed ends a series."""
 
     repeats: Repeats = 4

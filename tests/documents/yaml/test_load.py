@@ -17,7 +17,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel
 from devices.camera import read_camera
 from devices.display import read_display, read_rig, read_verification
 from documents import InputError, load_document
-from documents.yaml import KIND_BY_KEY, OneOf, Strict, parse_yaml, read_yaml, source
+from documents.yaml import KIND_BY_KEY, FileModel, OneOf, parse_yaml, read_yaml, source
 from documents.yaml.source import Loader, QuickLoader, can_be_quick
 from runner.check.files import _CHECKS
 from runner.protocol import read_experiment
@@ -153,10 +153,10 @@ def test_every_kind_that_a_key_tells_can_be_checked() -> None:
 
 
 def test_a_file_of_several_kinds_builds_its_checks_when_one_is_read(tmp_path: Path) -> None:
-    class First(Strict):
+    class First(FileModel):
         kind: Literal["first"]
 
-    class Second(Strict):
+    class Second(FileModel):
         kind: Literal["second"]
 
     class Either(OneOf[Annotated[First | Second, Field(discriminator="kind")]]):

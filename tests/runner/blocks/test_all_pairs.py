@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from runner import Picture
-from runner.blocks import Block, Setting, Stimuli
+from runner.blocks import Block, BlockContext, Stimuli
 from runner.observers import key_for, plain_key
 from runner.ports import Ask, Compare, Rate
 from runner.scene import Text
@@ -35,7 +35,7 @@ TIMES = {"fixation_s": 0.5, "exposure_s": 1.0, "blank_s": 0.3}
 EVERYTHING: dict[str, Any] = {"ties": "both", "break_every": 4, "catch": CATCH, "ratings": SCALES, **TIMES}
 
 
-def block(keys: dict[str, Any], place: Setting = PLACE, **more: Any) -> Block:
+def block(keys: dict[str, Any], place: BlockContext = PLACE, **more: Any) -> Block:
     return met("all_pairs", place, **keys | more)
 
 
@@ -128,7 +128,7 @@ def test_each_answer_has_keys_and_a_place_to_click(play: Play, key: str, answer:
 
 @pytest.mark.parametrize(("place", "keys"), [(ROW, ("left", "pad_right")), (COLUMN, ("up", "pad_down"))])
 def test_pictures_at_once_are_chosen_by_arrows_and_clicks_on_them(
-    play: Play, place: Setting, keys: tuple[str, str]
+    play: Play, place: BlockContext, keys: tuple[str, str]
 ) -> None:
     made, layout = block(AT_ONCE, place), place.pair_layout()
     for key, answer in zip(keys, ("first", "second"), strict=True):

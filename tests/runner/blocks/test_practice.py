@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from runner import Scene
-from runner.blocks import Block, BlockKind, Draft, Setting
+from runner.blocks import Block, BlockContext, BlockKind, Draft
 from runner.blocks.block import Steps, answer
 from runner.blocks.practice import feedback_words
 from runner.observers import key_for, plain_key
@@ -29,7 +29,7 @@ class Sides(BlockKind):
     in_data: bool = True
     pictures: Any = None
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         return Block(entry=self, steps=self._steps, trials=8, expected_s=40.0, pictures=self.pictures or {})
 
     def _steps(self) -> Steps:

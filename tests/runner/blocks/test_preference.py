@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks import Block, Setting, Stimuli
+from runner.blocks import Block, BlockContext, Stimuli
 from runner.blocks.preference import Preference, Versions
 from runner.ports import Compare
 from runner.scene import Text
@@ -24,7 +24,7 @@ PLACE = setting(f"{number}-{view}" for number in range(6) for view in ("stereo",
 SIX = [[f"{number}-stereo", f"{number}-flat"] for number in range(6)]
 
 
-def block(place: Setting = PLACE, **keys: Any) -> Block:
+def block(place: BlockContext = PLACE, **keys: Any) -> Block:
     return met("preference", place, **{"pairs": SIX, "break_every": 4, **keys})
 
 

@@ -55,7 +55,7 @@ class Draw:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class BlockContext:
     """An experiment as one block, number ``index`` in the file, and one ``observer`` meet it.
 
     ``style`` is how words look in an eye's view; ``followed_by`` says what comes after the block; ``draw`` is how the
