@@ -5,8 +5,8 @@ from .block import Draft as Draft
 from .block import Response as Response
 from .registry import BLOCKS as BLOCKS
 from .registry import AnyBlock as AnyBlock
-from .setting import BlockContext as BlockContext
-from .setting import Draw as Draw
-from .setting import Stimuli as Stimuli
+from .context import BlockContext as BlockContext
+from .context import Draw as Draw
+from .context import Stimuli as Stimuli
 from .style import FULL_HD_HALF as FULL_HD_HALF
 from .style import Style as Style
