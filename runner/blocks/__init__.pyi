@@ -3,10 +3,10 @@ from .block import Block as Block
 from .block import BlockKind as BlockKind
 from .block import Draft as Draft
 from .block import Response as Response
-from .registry import BLOCKS as BLOCKS
-from .registry import AnyBlock as AnyBlock
 from .context import BlockContext as BlockContext
 from .context import Draw as Draw
 from .context import Stimuli as Stimuli
+from .registry import BLOCKS as BLOCKS
+from .registry import AnyBlock as AnyBlock
 from .style import FULL_HD_HALF as FULL_HD_HALF
 from .style import Style as Style
