@@ -5,14 +5,161 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal, get_args
 
-from analysis.agreement.observed import ObservedGroup, observed_pairs
-from analysis.agreement.observed_means import observed_ratings, observed_series
+import numpy as np
+
+from analysis.agreement.observed import Drawn, ObservedGroup, observed_pairs
+from analysis.bootstrap.replicates import REPLICATES, SEED, draw_observers
 from analysis.choices import Adjust
+from analysis.classes.classes import TIED
+from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.errors import ResultsError
+from analysis.ratings.ratings import rating_tables
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog
-from analysis.report.summary import analysis_options
+from analysis.report.estimate import MOST_ITEMS_DRAWN
+from analysis.report.summary import AnalysisOptions, analysis_options
+from analysis.series.choices import KIND as SERIES
+from analysis.series.choices import gather
 from documents import Finding
+from documents.arrays import Flags, Floats
+
+_BLOCK_NUMBERS = 4_000_000
+
+
+def observed_series(sessions: Sequence[SessionLog], options: AnalysisOptions) -> tuple[ObservedGroup, ...]:
+    """Return a group for each series: the share of choices that each of its pictures got; none without any."""
+    if not any(trial.kind == SERIES for session in sessions for trial in session.trials):
+        return ()
+    choices = gather(sessions)
+    series = choices.design.series
+    chosen = [np.zeros((len(choices.observers), len(one.stimuli))) for one in series]
+    for choice in choices.choices:
+        chosen[choice.series][choice.observer, choice.index] += 1
+    return tuple(
+        of_means(
+            one.name,
+            "choices from a series",
+            "share of choices",
+            one.stimuli,
+            times,
+            np.repeat(choices.counts[:, [number]], len(one.stimuli), axis=1).astype(np.float64),
+            alpha=options["alpha"],
+            adjust=_simple(options["adjust"]),
+        )
+        for number, (one, times) in enumerate(zip(series, chosen, strict=True))
+    )
+
+
+def observed_ratings(sessions: Sequence[SessionLog], options: AnalysisOptions) -> tuple[ObservedGroup, ...]:
+    """Return a group for each scale: the mean rating of each stimulus, larger for better; none without any.
+
+    Ratings that followed a choice between two are left out: they hang on what a stimulus stood beside.
+    """
+    groups = []
+    for table in rating_tables(sessions):
+        if table.of != "alone":
+            continue
+        given = np.isfinite(table.values)
+        groups.append(
+            of_means(
+                table.scale,
+                "ratings",
+                "points",
+                table.stimuli,
+                np.where(given, table.values, 0.0).sum(axis=2),
+                given.sum(axis=2).astype(np.float64),
+                alpha=options["alpha"],
+                adjust=_simple(options["adjust"]),
+            )
+        )
+    return tuple(groups)
+
+
+def of_means(
+    name: str,
+    task: str,
+    unit: str,
+    stimuli: Sequence[str],
+    total: Floats,
+    count: Floats,
+    *,
+    alpha: float,
+    adjust: Adjust,
+) -> ObservedGroup:
+    """Return a group whose scores are means over observers' answers, such as ratings or shares of choices.
+
+    Observers are drawn as for comparisons, and the tests are those of `analysis.classes.classify` with the covariance
+    between observers and Student's law.
+
+    Parameters
+    ----------
+    total, count
+        Shape (S, n): the sum of each observer's answers on each stimulus, and how many there are. Each stimulus has
+        at least one.
+    """
+    people = int((count.sum(axis=1) > 0).sum())
+    scores = total.sum(axis=0) / count.sum(axis=0)
+    drawn = None
+    differs = np.zeros((len(stimuli), len(stimuli)), dtype=np.bool_)
+    if people > 1:
+        differs = differing_means(total, count, np.ones((1, len(total))), alpha=alpha, adjust=adjust)[0]
+        if len(stimuli) <= MOST_ITEMS_DRAWN:
+            weights, means = draw_means(total, count)
+            drawn = Drawn(means, means - scores, differing_means(total, count, weights, alpha=alpha, adjust=adjust))
+    return ObservedGroup(name, task, unit, tuple(stimuli), scores, differs, people, drawn)
+
+
+def _simple(adjust: Adjust) -> Adjust:
+    """Return the correction for means: Holm's in place of the single step, which needs a model's covariance."""
+    return "holm" if adjust == "maxz" else adjust
+
+
+def draw_means(total: Floats, count: Floats) -> tuple[Floats, Floats]:
+    """Return draws of observers, shape (R, S), and the means that they give, (R, n); those without an answer are out.
+
+    ``total`` and ``count`` are as in `of_means`.
+    """
+    weights = draw_observers(len(total), REPLICATES, SEED)
+    answers = weights @ count
+    whole = (answers > 0).all(axis=1)
+    return weights[whole], (weights @ total)[whole] / answers[whole]
+
+
+def differing_means(total: Floats, count: Floats, weights: Floats, *, alpha: float, adjust: Adjust) -> Flags:
+    """Return which means differ in each draw of observers, shape (R, n, n): a test of each pair by Student's law.
+
+    Each observer moves a mean by the sum of its answers about that mean over the number of all answers; the variance
+    of a difference is that of these moves between the observers. Where all observers agree without exception there is
+    no spread to test by, and no significance, as in `analysis.classes.classify`.
+
+    Parameters
+    ----------
+    total, count
+        As in `of_means`.
+    weights
+        Shape (R, S): how often each observer was drawn.
+    """
+    n = total.shape[1]
+    first, second = np.triu_indices(n, 1)
+    out = np.zeros((len(weights), n, n), dtype=np.bool_)
+    size = max(1, _BLOCK_NUMBERS // (len(total) * max(1, len(first))))
+    for start in range(0, len(weights), size):
+        drawn = weights[start : start + size]
+        answers = drawn @ count
+        means = (drawn @ total) / answers
+        moves = (total[None] - count[None] * means[:, None]) / answers[:, None]  # (B, S, n)
+        people = drawn.sum(axis=1)
+        apart = moves[:, :, first] - moves[:, :, second]
+        variance = (drawn[:, :, None] * apart**2).sum(axis=1) * (people / (people - 1))[:, None]
+        off = np.abs(means[:, first] - means[:, second])
+        error = np.sqrt(variance)
+        spread = error > TIED * np.abs(means).max(axis=1, initial=0.0)[:, None]
+        t = np.divide(off, error, out=np.zeros_like(off), where=spread)
+        differs = corrected(two_sided_p(t, (people - 1)[:, None]), adjust) <= alpha
+        block = out[start : start + size]
+        block[:, first, second] = block[:, second, first] = differs
+    return out
+
 
 Task = Literal["pairs", "series", "ratings"]
 TASKS: tuple[Task, ...] = get_args(Task)

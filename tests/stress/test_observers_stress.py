@@ -23,13 +23,13 @@ from analysis.agreement import (
     correlation,
     correlation_interval,
 )
-from analysis.agreement.observed_means import of_means
+from analysis.agreement.gather import of_means
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.inference import compare_models, equivalence, multiverse, pair_probabilities, pair_residuals, transitivity
 from analysis.observers import observers_in_comparisons
 from analysis.observers.concordance import kendall_u
 from analysis.observers.consistency import consistencies
-from analysis.observers.fit_to_rest import fits_to_rest
+from analysis.observers.table import fits_to_rest
 from analysis.observers.tails import Tail
 from analysis.scaling import score
 from benchmarks.reviewers import OBSERVERS, SPREADS, levels

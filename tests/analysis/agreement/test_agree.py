@@ -22,8 +22,8 @@ from analysis.agreement import (
     write_agreement_csv,
     write_agreement_page,
 )
+from analysis.agreement.gather import differing_means, of_means
 from analysis.agreement.limits import best_limits
-from analysis.agreement.observed_means import differing_means, of_means
 from analysis.bootstrap import resample
 from analysis.comparisons import from_sessions
 from analysis.errors import ResultsError

@@ -17,9 +17,9 @@ from scipy.stats import binomtest, chi2, linregress, norm, spearmanr
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.kinds import Trial
 from analysis.observers import FastAnswers
-from analysis.observers import fit_to_rest as module
-from analysis.observers.fit_to_rest import FitToRest, fits_to_rest
+from analysis.observers import table as module
 from analysis.observers.responses import response_times, self_agreements, side_biases
+from analysis.observers.table import FitToRest, fits_to_rest
 from analysis.observers.tails import lower_tail
 from analysis.records import SessionLog
 from analysis.scaling import fit

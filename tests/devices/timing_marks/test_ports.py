@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from serial import SerialException
 
+import devices.timing_marks.open as parallel_module
 from devices.timing_marks import (
     LslMarksSpec,
     MarkError,
@@ -23,7 +24,6 @@ from devices.timing_marks import (
     open_loopback,
     open_mark_port,
 )
-from devices.timing_marks import parallel_port as parallel_module
 from documents.platform import open_parallel_port, pseudo_terminal
 from tests.kept import known
 
