@@ -22,7 +22,7 @@ from devices.camera.correspondences import (
 )
 from devices.camera.exposure import Exposure
 from devices.camera.solve import Loss, design, find_outliers, left_out_xyz, solve, why
-from devices.characterise.figures import Errors, errors_of
+from devices.characterise.fit_numbers import Errors, errors_of
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer

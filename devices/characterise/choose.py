@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.characterise.cross_validation import NAMES, CrossValidation, repeats
-from devices.characterise.figures import (
+from devices.characterise.fit_numbers import (
     Errors,
     ModelNumbers,
     differences,

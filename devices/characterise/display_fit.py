@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from devices.characterise.choose import characterise
-from devices.characterise.figures import ModelNumbers
+from devices.characterise.fit_numbers import ModelNumbers
 from devices.characterise.fitted_display import DisplayFit, EyeFit, origin_of
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.mode_file import ModeLines, write_mode

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from devices.characterise.figures import differences
+from devices.characterise.fit_numbers import differences
 from devices.characterise.patches import Patches
 from devices.characterise.table_fit import (
     FUNCTIONS,

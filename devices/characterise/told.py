@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from devices.characterise.channel_fit import COEFFICIENTS
 from devices.characterise.choose import Candidate
-from devices.characterise.figures import FitNumber, ModelNumbers
+from devices.characterise.fit_numbers import FitNumber, ModelNumbers
 from devices.characterise.thesis import ThesisFits
 from documents.arrays import Floats
 from documents.pages import Table

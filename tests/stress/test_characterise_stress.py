@@ -16,7 +16,7 @@ import pytest
 
 from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.choose import Characterisation, characterise
-from devices.characterise.figures import differences
+from devices.characterise.fit_numbers import differences
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.patches import patches
 from devices.colour import delta_e_2000, xyz_to_lab

@@ -13,7 +13,7 @@ from devices.characterise.channel_fit import _HIGH, _LOW, FREE, KINDS, Kind, _fo
 from devices.characterise.choose import characterise
 from devices.characterise.cross_validation import fit_all
 from devices.characterise.descent import descend
-from devices.characterise.figures import differences
+from devices.characterise.fit_numbers import differences
 from devices.characterise.metric import difference_roots, lab_slopes
 from devices.characterise.parametric import _Problem, condition_of, fit_parametric
 from devices.characterise.patches import patches

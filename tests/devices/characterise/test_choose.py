@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.characterise import Name, ThesisFits, outliers, table_c1_codes, thesis_display
 from devices.characterise.choose import Characterisation, characterise, light_errors, worse
 from devices.characterise.cross_validation import NAMES
-from devices.characterise.figures import inversion_error_codes
+from devices.characterise.fit_numbers import inversion_error_codes
 from devices.characterise.outliers import screen
 from devices.characterise.readings_check import check_readings
 from devices.characterise.thesis import THESIS_CURVES, thesis_fits
