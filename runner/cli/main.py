@@ -16,6 +16,7 @@ from click.shell_completion import CompletionItem
 
 from documents.blas_threads import prefer_one_blas_thread
 from runner.cli.examples import EXAMPLES
+from runner.cli.options import completed
 from runner.cli.output import count_from_here, say
 
 # The text is a command's line in the group's help.
@@ -78,7 +79,7 @@ class LazyGroup(click.Group):
         module = importlib.import_module(self._package)
         if not hasattr(module, f"{cmd_name}_command"):
             module = importlib.import_module(MODULES.get(f"{self._package}.{cmd_name}", f"{self._package}.{cmd_name}"))
-        command: click.Command = getattr(module, f"{cmd_name}_command", None) or module.command
+        command = completed(getattr(module, f"{cmd_name}_command", None) or module.command)
         called = f"{self.name} {cmd_name}" if self.name in COMMANDS else cmd_name
         if (examples := EXAMPLES.get(called)) and not command.epilog:
             command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)

@@ -6,6 +6,7 @@ Each number has a range, and none takes NaN, infinity or what nobody means.
 from __future__ import annotations
 
 import functools
+import importlib
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -101,7 +102,7 @@ def _reader(one: Within | Whole, count: int, typed: Typed) -> Callable[[Any], tu
     return numbers
 
 
-def takes(kind: type, name: str = "options", *, leave_out: Collection[str] = ()) -> Callable[[Command], Command]:
+def takes(kind: type | str, name: str = "options", *, leave_out: Collection[str] = ()) -> Callable[[Command], Command]:
     """Return what gives a command an option for each field of ``kind``, and one ``kind`` called ``name`` made of them.
 
     A field that is such a dataclass itself stands for its fields.
@@ -109,7 +110,8 @@ def takes(kind: type, name: str = "options", *, leave_out: Collection[str] = ())
     Parameters
     ----------
     kind
-        A dataclass, whose docstring says what each field is.
+        A dataclass, whose docstring says what each field is; or its full name, for one that is imported when the
+        command is asked for: beside commands that do not take it.
     name
         What the command calls it.
     leave_out
@@ -119,15 +121,34 @@ def takes(kind: type, name: str = "options", *, leave_out: Collection[str] = ())
     def add(command: Command) -> Command:
         @functools.wraps(command)
         def called(**given: Any) -> Any:
-            made = _made(kind, given, leave_out)
+            made = _made(_dataclass(kind), given, leave_out)
             return command(**given, **{name: made})
 
-        with_options: Command = called
-        for of, field in reversed([*_fields(kind, leave_out)]):
-            with_options = _option(of, field)(with_options)
-        return with_options
+        later = partial(_options, kind, leave_out)
+        params = [later] if isinstance(kind, str) else reversed(later())
+        vars(called)["__click_params__"] = [*getattr(command, "__click_params__", ()), *params]
+        return called
 
     return add
+
+
+def _dataclass(kind: type | str) -> type:
+    if isinstance(kind, type):
+        return kind
+    module, _, name = kind.rpartition(".")
+    found: type = getattr(importlib.import_module(module), name)
+    return found
+
+
+def _options(kind: type | str, leave_out: Collection[str]) -> list[click.Option]:
+    return [_option(of, field) for of, field in _fields(_dataclass(kind), leave_out)]
+
+
+def completed(command: click.Command) -> click.Command:
+    """Return a command with all its options, also those of dataclasses that it `takes` by their names."""
+    parts: list[Any] = [part() if isinstance(part, partial) else (part,) for part in command.params]
+    command.params = [one for part in parts for one in part]
+    return command
 
 
 def _fields(kind: type, leave_out: Collection[str]) -> Iterator[tuple[type, Field[Any]]]:
@@ -175,7 +196,7 @@ def _flags(typed: Typed, field: Field[Any]) -> list[str]:
     return typed.flag.split() or [f"--{field.name.replace('_', '-')}"]
 
 
-def _option(kind: type, field: Field[Any]) -> Callable[[Command], Command]:
+def _option(kind: type, field: Field[Any]) -> click.Option:
     """Return the option of a field."""
     typed, of, optional = type_of(kind, field)
     required = field.default is MISSING and field.default_factory is MISSING
@@ -195,7 +216,7 @@ def _option(kind: type, field: Field[Any]) -> Callable[[Command], Command]:
     else:
         how |= _value(typed, of)
         how["show_default"] = default not in (None, (), "") and "Default:" not in how["help"]
-    return click.option(*flags, field.name, **how)
+    return click.Option([*flags, field.name], **how)
 
 
 def _value(typed: Typed, of: Any) -> dict[str, Any]:

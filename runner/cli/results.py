@@ -10,13 +10,13 @@ import click
 
 from documents import WorkError
 from documents.files import writing
-from runner.agreement import AgreementOptions
 from runner.cli.options import PATH, Within, takes
 from runner.cli.output import Step, gives, say, show, tell
-from runner.reports.options import PowerOptions, ReportOptions, ScoresOptions
 
 if TYPE_CHECKING:
     from analysis.records import Header
+    from runner.agreement import AgreementOptions
+    from runner.reports import PowerOptions, ReportOptions, ScoresOptions
 
 _results = click.argument("results", nargs=-1, required=True, type=PATH, metavar="RESULTS...")
 
@@ -24,7 +24,7 @@ _results = click.argument("results", nargs=-1, required=True, type=PATH, metavar
 @click.command(name="report")
 @_results
 @click.option("-o", "--output", type=PATH, help="HTML page to write. Default: report.html in the first folder.")
-@takes(ReportOptions)
+@takes("runner.reports.ReportOptions")
 @gives(work=True)
 def report_command(
     results: tuple[Path, ...], output: Path | None, options: ReportOptions, as_json: bool, step: Step
@@ -218,7 +218,7 @@ def watch_command(results: Path, once: bool, every: float, within: float, as_jso
 
 @click.command(name="scores")
 @click.argument("table", metavar="TABLE.csv")
-@takes(ScoresOptions)
+@takes("runner.reports.ScoresOptions")
 @gives()
 def scores_command(table: str, options: ScoresOptions, as_json: bool) -> None:
     """Fit scores and perceptual classes to a table of paired comparisons.
@@ -257,7 +257,7 @@ def scores_command(table: str, options: ScoresOptions, as_json: bool) -> None:
 
 @click.command(name="power")
 @click.argument("experiment", type=PATH)
-@takes(PowerOptions)
+@takes("runner.reports.PowerOptions")
 @gives()
 def power_command(experiment: Path, options: PowerOptions, as_json: bool, step: Step) -> Any:
     """Find how many observers an experiment needs, by simulated studies.
@@ -284,7 +284,7 @@ def power_command(experiment: Path, options: PowerOptions, as_json: bool, step: 
     metavar="NAME,...",
     help="Measures of pictures, such as delta-e-2000,flip; all for those that are installed.",
 )
-@takes(AgreementOptions, leave_out={"screening", "unscreened", "most_missed"})
+@takes("runner.agreement.AgreementOptions", leave_out={"screening", "unscreened", "most_missed"})
 @gives(work=True)
 def agreement_command(results: tuple[Path, ...], measures: str, options: AgreementOptions, step: Step) -> Any:
     """Compare measures of an experiment's pictures with its observers.

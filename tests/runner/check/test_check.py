@@ -343,7 +343,7 @@ def test_screening_is_a_sentence_and_its_outcome_no_trial(study: Study) -> None:
     assert _check(study, pictures=False).facts["blocks"][0]["trials"] == 2 * 5 + 8 * 4
     said = study.cyclopean("check", study.experiment, "--no-pictures", "--no-screen").stdout
     words = " ".join(said.split())
-    assert "shown from 0.6 to 0.5; this screen cannot show -0.9." in words
+    assert "shown from 0.6 to 0.5; this screen cannot show -0.9" in words
     assert "passed at 140 arcsec or finer" in words
     assert "colour gives the square away" not in words
     study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
@@ -429,3 +429,12 @@ def test_where_no_block_compares_all_pairs_nothing_is_said_of_differences(study:
     study.edit("small.yaml", "kind: all_pairs", "kind: active_pairs")
     study.edit("small.yaml", "break_every: 4", "break_every: 4, comparisons: 12")
     assert "smallest_difference" not in _check(study, observers=(12,)).facts
+
+
+def test_warnings_alone_leave_the_status_at_0_and_errors_make_it_2(study: Study) -> None:
+    words = ("check", study.experiment, "--no-screen", "--results", study.results)
+    told = study.cyclopean(*words).stdout
+    assert "right, 2 warnings" in told
+    assert ["session", "6", "trials,"] in [line.split()[:3] for line in told.splitlines()]
+    study.edit("small.yaml", "question:", "qestion:")
+    assert "did you mean 'question'?" in study.cyclopean(*words, expect=2).stderr
