@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from analysis.bids import About
 from documents.options import made, taking
 from runner.reports import ReportOptions
 
@@ -115,8 +116,9 @@ def verify(*places: str | Path, mirror: str | Path | None = None, key: str | Pat
     return pd.DataFrame(rows).astype(dict.fromkeys(("lines", "chained_from", "torn_bytes"), "Int64"), errors="ignore")
 
 
-def export_bids(*places: str | Path, folder: str | Path, name: str = "", with_simulated: bool = False) -> Path:
-    """Write results as a BIDS dataset.
+@taking(About, "facts")
+def export_bids(*places: str | Path, folder: str | Path, **options: Any) -> Path:
+    """Write results as a BIDS dataset, as `cyclopean export` does and with the same options.
 
     Parameters
     ----------
@@ -124,10 +126,8 @@ def export_bids(*places: str | Path, folder: str | Path, name: str = "", with_si
         Folders of sessions, from one station or many, or single session logs.
     folder
         Folder of the dataset; an earlier export there is replaced.
-    name
-        Name of the dataset; that of the experiments if empty.
-    with_simulated
-        Whether to export simulated observers beside people.
+    **options
+        Those of `analysis.bids.About` by their names, such as ``name="Gloss"`` or ``with_simulated=True``.
 
     Returns
     -------
@@ -139,10 +139,9 @@ def export_bids(*places: str | Path, folder: str | Path, name: str = "", with_si
     InputError
         If there is no session, logs are damaged or contradict each other, or ``folder`` has other files.
     """
-    from analysis.bids import About, export_dataset
+    from runner.reports import export_results
 
-    results = [Path(place) for place in places]
-    return export_dataset(results, Path(folder), About(name=name), with_simulated=with_simulated).folder
+    return export_results([Path(place) for place in places], Path(folder), made(About, options)).folder
 
 
 @taking(ReportOptions)

@@ -1,4 +1,4 @@
-from .dataset import About as About
 from .export import Export as Export
 from .export import export_dataset as export_dataset
+from .options import About as About
 from .text import unescape as unescape

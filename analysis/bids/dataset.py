@@ -6,12 +6,12 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from analysis.bids.options import About
 from analysis.bids.sources import Source
 from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
@@ -34,19 +34,6 @@ PARTICIPANTS = {
         },
     },
 }
-
-
-@dataclass(frozen=True, slots=True)
-class About:
-    """Name, authors and licence of a dataset; without a ``name`` it is named after the experiments.
-
-    ``facts`` are what a paper must say of each experiment and no log can, by the code of the item.
-    """
-
-    name: str | None = None
-    authors: tuple[str, ...] = ()
-    license: str | None = None
-    facts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 def description(about: About, sources: Sequence[Source]) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
-from analysis.bids.dataset import About, check_replaceable, replacing, write_dataset_files
+from analysis.bids.dataset import check_replaceable, replacing, write_dataset_files
+from analysis.bids.options import About
 from analysis.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_sidecar, task_sidecar, trial_type
 from analysis.bids.sources import Source, find_sources, log_files, without_simulated
 from analysis.bids.text import MISSING, cell, write_json, write_table
@@ -109,7 +110,6 @@ def export_dataset(
     about: About | None = None,
     progress: Progress = lambda what, done, of: None,
     *,
-    with_simulated: bool = False,
     facts: FactsOf = lambda header, versions, file: {},
 ) -> Export:
     """Export every session in ``results`` as a BIDS dataset.
@@ -124,12 +124,9 @@ def export_dataset(
     folder
         Folder of the dataset. An earlier export is replaced, once the new dataset is complete.
     about
-        Name, authors and licence; by default, the name is that of the experiments.
+        Name, authors and licence, and whether sessions of simulated observers are exported beside those of people.
     progress
         Called with what is done, how many sessions are done, and how many there are.
-    with_simulated
-        Whether to export sessions of simulated observers beside those of people. Where there are no others, they are
-        always exported.
     facts
         Called with the header of an experiment's first session, the SHA-256 of the experiment files of all, and the
         first session's log: returns what a paper must say of it and no log can, by the code of the item.
@@ -161,7 +158,8 @@ def export_dataset(
     """
     folder = folder.resolve()
     check_replaceable(folder)
-    files, left_out = without_simulated(log_files(results, folder), with_simulated=with_simulated)
+    about = about or About()
+    files, left_out = without_simulated(log_files(results, folder), with_simulated=about.with_simulated)
     tasks: dict[str, _Task] = {}
 
     def collect(source: Source, log: SessionLog) -> None:
@@ -198,7 +196,7 @@ def export_dataset(
             _copy_configuration(source, part)
         for label, task in tasks.items():
             _write_descriptions(part, label, task)
-        write_dataset_files(part, replace(about or About(), facts=given), read.sources, before)
+        write_dataset_files(part, replace(about, facts=given), read.sources, before)
     progress("Writing sessions", len(read.sources), len(read.sources))
     return Export(
         folder,

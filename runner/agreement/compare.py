@@ -28,7 +28,6 @@ from documents.files import writing
 from documents.pages import Block
 from documents.text import JsonResult
 from runner.agreement.options import AgreementOptions
-from runner.agreement.photographs import photographs_of
 from runner.agreement.shown import ShownPictures, shown_pictures
 from runner.reports.comparison.report import check_page
 from runner.session.picture_source import Progress, no_progress
@@ -36,7 +35,8 @@ from stimuli.measures import MeasureRow, measures_named
 
 # The limit of `cyclopean compare` for car paint, thesis Section 5.5.
 LIMITS: Mapping[str, float] = {"delta-e-2000": 1.4}
-MOST_LISTED = 5
+MOST_LISTED, MOST_NAMED = 5, 8
+Factors = Mapping[str, Mapping[str, str]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +123,7 @@ def compare_with_observers(
     header = sessions[0].header
     shown = shown_pictures(sessions, options.experiment, results[0])
     reference = shown.experiment.stimuli.reference
-    groups, photographs = photographs_of(found, factors_of(header), reference, options.photographs)
+    groups, photographs = _photographs(found, factors_of(header), reference, options.photographs)
     predicted = _predict(shown, groups, photographs, [one.name for one in chosen], options.limits, progress)
     level = options.alpha if options.alpha is not None else header.analysis.alpha
     notes = (*kept.notes, *_session_notes(sessions), *notes, *_mixed(shown, groups, photographs))
@@ -260,3 +260,91 @@ def _facts(shown: ShownPictures, agreement: Agreement) -> tuple[tuple[str, str],
         ("Pixels per degree", f"{viewing.pixels_per_degree:.4g}"),
         ("White of the display", f"XYZ {white} cd/m²"),
     )
+
+
+def _photographs(
+    groups: Sequence[ObservedGroup], factors: Factors, reference: str | None, named: Sequence[str]
+) -> tuple[tuple[ObservedGroup, ...], tuple[str, ...]]:
+    """Return the groups, divided where their stimuli have several photographs, and the photograph of each.
+
+    Parameters
+    ----------
+    groups
+        What observers said.
+    factors
+        Each stimulus's factors, their levels as words.
+    reference
+        The experiment's reference picture; None if it shows none.
+    named
+        Names of photographs, or ``FACTOR=LEVEL`` for the stimuli with that level; they come before the reference.
+
+    Raises
+    ------
+    ResultsError
+        If nothing says which stimulus is the photograph, a name is no stimulus, or a group has several or none.
+    """
+    photographs = _named(factors, named) if named else [reference] if reference is not None else []
+    if not photographs:
+        some = ", ".join(list(factors)[:MOST_NAMED]) + (", …" if len(factors) > MOST_NAMED else "")
+        what = "no stimulus is known to be the photograph that the others are measured against: none was shown as such"
+        remedy = f"name it: --photograph STIMULUS, one of {some}; or one for each group: --photograph FACTOR=LEVEL"
+        raise ResultsError(Finding(what, remedy=remedy))
+    found = [pair for group in groups for pair in _divided(group, photographs, factors)]
+    return tuple(group for group, _ in found), tuple(photograph for _, photograph in found)
+
+
+def _named(factors: Factors, named: Sequence[str]) -> list[str]:
+    photographs: dict[str, None] = {}
+    for name in named:
+        factor, equals, level = name.partition("=")
+        if name in factors:
+            photographs[name] = None
+        elif equals:
+            chosen = [stimulus for stimulus, own in factors.items() if own.get(factor) == level]
+            if not chosen:
+                known = sorted({f"{key}={own[key]}" for own in factors.values() for key in own})
+                what = f"no stimulus has {factor} '{level}'"
+                raise ResultsError(Finding(what, remedy=did_you_mean(name, known)))
+            photographs |= dict.fromkeys(chosen)
+        else:
+            raise ResultsError(Finding(f"there is no stimulus '{name}'", remedy=did_you_mean(name, list(factors))))
+    return list(photographs)
+
+
+def _divided(group: ObservedGroup, photographs: Sequence[str], factors: Factors) -> list[tuple[ObservedGroup, str]]:
+    """Return a group with its photograph, or its parts with theirs."""
+    if len(photographs) == 1:
+        return [(group, photographs[0])]
+    own = [name for name in photographs if name in group.stimuli]
+    if len(own) == 1:
+        return [(group, own[0])]
+    # Of stimuli on one scale or beside the scale, each goes with the photograph whose level of a factor it shares.
+    candidates = own or list(photographs)
+    for factor in _telling(candidates, factors):
+        of_level = {factors[name][factor]: name for name in candidates}
+        parts = [
+            (level, [stimulus for stimulus in group.stimuli if factors[stimulus].get(factor) == level])
+            for level in of_level
+        ]
+        if sum(len(stimuli) for _, stimuli in parts) == len(group.stimuli):
+            return [
+                (group.only(stimuli, group.name if len(stimuli) == len(group.stimuli) else level), of_level[level])
+                for level, stimuli in parts
+                if stimuli
+            ]
+    several = ", ".join(candidates[:MOST_NAMED])
+    which = f"the group '{group.name}'" if group.name else "the stimuli"
+    what = f"{which} may be measured against {len(candidates)} photographs: {several}"
+    remedy = "name one, or give the stimuli a factor, such as scene, that each shares with its photograph"
+    raise ResultsError(Finding(what, remedy=remedy))
+
+
+def _telling(photographs: Sequence[str], factors: Factors) -> list[str]:
+    """Return the factors that all photographs have, each another level."""
+    first = factors[photographs[0]]
+    return [
+        key
+        for key in first
+        if all(key in factors[name] for name in photographs)
+        and len({factors[name][key] for name in photographs}) == len(photographs)
+    ]

@@ -50,7 +50,8 @@ COMMANDS = {
 MODULES = {
     f"runner.cli.{name}": f"runner.cli.{module}"
     for module, names in {
-        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "agreement"),
+        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "agreement", "demo"),
+        "pictures": ("preview", "show", "compare"),
         "about": ("doctor", "schema", "completion", "help"),
     }.items()
     for name in names

@@ -1,8 +1,8 @@
-"""Commands on results: `report`, `export`, `verify`, `seal`, `watch`, `scores`, `power` and `agreement`."""
+"""Commands on results: `report`, `export`, `verify`, `seal`, `watch`, `scores`, `power`, `agreement` and `demo`."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from runner.cli.options import PATH, Within, takes
 from runner.cli.output import Step, gives, say, show, tell
 
 if TYPE_CHECKING:
-    from analysis.records import Header
+    from analysis.bids import About
     from runner.agreement import AgreementOptions
     from runner.reports import PowerOptions, ReportOptions, ScoresOptions
 
@@ -48,30 +48,16 @@ def report_command(
 @click.command(name="export")
 @_results
 @click.option("-o", "--output", required=True, type=PATH, help="Folder of the dataset.")
-@click.option("--name", help="Name of the dataset. Default: the experiments' names.")
-@click.option("--author", "authors", multiple=True, help="Author of the dataset; repeat for each.")
-@click.option("--license", "license_", help="Licence of the dataset, such as CC0 or CC-BY-4.0.")
-@click.option(
-    "--with-simulated",
-    is_flag=True,
-    help="Export simulated observers beside people; without it they are exported only where nobody else answered.",
-)
+@takes("analysis.bids.About", "about", leave_out={"facts"})
 @gives()
-def export_command(results: tuple[Path, ...], output: Path, with_simulated: bool, step: Step, **about: Any) -> Any:
+def export_command(results: tuple[Path, ...], output: Path, about: About, step: Step) -> Any:
     """Write results as a BIDS dataset.
 
     RESULTS are folders of sessions, from one station or many, or single session.jsonl files.
     """
-    from analysis.bids import About, export_dataset
-    from runner.reports import given_facts
+    from runner.reports import export_results
 
-    def facts(header: Header, versions: Collection[str], log: Path) -> Mapping[str, str]:
-        folder = log.parent.parent.parent.parent  # RESULTS/EXPERIMENT/OBSERVER/SESSION
-        return given_facts(header, None, folder, versions)
-
-    with writing(output, "dataset", WorkError):
-        named = About(about["name"], about["authors"], about["license_"])
-        return export_dataset(results, output, named, step, with_simulated=with_simulated, facts=facts)
+    return export_results(results, output, about, step)
 
 
 @click.command(name="verify")
@@ -296,3 +282,42 @@ def agreement_command(results: tuple[Path, ...], measures: str, options: Agreeme
     from runner.agreement import compare_with_observers
 
     return compare_with_observers(results, measures.split(","), options, step)
+
+
+@click.command(short_help="Repeat the thesis's second experiment with simulated observers.")
+@click.option(
+    "--observers", type=click.IntRange(1, 999), default=30, show_default=True, help="Number of simulated observers."
+)
+@click.option("--window", is_flag=True, help="Draw in a window that you can watch.")
+@click.option(
+    "--results",
+    type=PATH,
+    default=Path("results/demo"),
+    show_default=True,
+    help="Folder that the sessions are written to.",
+)
+@gives(indent=None)
+def demo_command(observers: int, window: bool, results: Path, as_json: bool, step: Step) -> Any:
+    """Repeat the thesis's second experiment with simulated observers.
+
+    Builds ten stimuli from configs/stimuli/manitoba_gray.yaml, shows all 45 pairs in stereo to every simulated
+    observer, who answers by the thesis's published scores (Table 4.4), records each answer, fits Bradley-Terry
+    scores and perceptual classes, and writes a report. The classes are those of the default analysis; the thesis's
+    settings stand beside it.
+    """
+    from dataclasses import asdict
+
+    from analysis.report import report_blocks
+    from runner.reports.demo import run_demo
+
+    demo = run_demo(observers, results, window=window, progress=step)
+    if not as_json:
+        tell(report_blocks(demo.report, demo.published))
+    scores = demo.report.pairs
+    facts = {
+        "scores": scores.to_json() if scores else None,
+        "thesis_settings": demo.thesis.to_json(),
+        "report": str(demo.page),
+        "work": asdict(demo.work),
+    }
+    return facts, demo.told()
