@@ -21,7 +21,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Generic, TypeVar, get_args
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel
 
@@ -57,6 +57,7 @@ class ExtensionError(InputError):
     """An extension that cannot be used: it does not load, is of another interface, or claims a name that is taken."""
 
     def __init__(self, offer: Offer, what: str, remedy: str | None = None) -> None:
+        self.offer, self.reason = offer, what
         message = f"the extension {offer} cannot give '{offer.name}' ({offer.group}): {what}"
         remedy = remedy or f"mend it, or leave it out: pip uninstall {offer.package}"
         super().__init__(Finding(message, remedy=remedy, code="extension"))
@@ -132,8 +133,11 @@ class Environment:
 ENVIRONMENT = Environment()
 
 
-class Registry(Generic[Kind]):
+class Registry(Mapping[str, Kind]):
     """The kinds of one group by name: our own, and those that other packages offer.
+
+    A name is looked up as in any mapping; one that is not known yet is looked for in the environment. To go through it
+    is to go through our own and those that were asked for: `names` looks for all.
 
     Parameters
     ----------
@@ -167,15 +171,16 @@ class Registry(Generic[Kind]):
         usable = []
         for name in sorted({offer.name for offer in self._environment.all(self.group)} - set(self._own)):
             with suppress(ExtensionError):
-                self.find(name)
-                usable.append(name)
+                usable += [name] if self[name] else []
         return (*self._own, *usable)
 
-    def find(self, name: str) -> Kind | None:
-        """Return the kind of that name, loaded; None where nobody offers it.
+    def __getitem__(self, name: str) -> Kind:
+        """Return the kind of that name, loaded.
 
         Raises
         ------
+        KeyError
+            If nobody offers it.
         ExtensionError
             If who offers it cannot be used, or several do.
         """
@@ -184,19 +189,13 @@ class Registry(Generic[Kind]):
                 self._loaded[name] = _attribute(self._own[name])
             elif offer := self.offer(name):
                 self._loaded[name] = self._load(offer)
-        return self._loaded.get(name)
+        return self._loaded[name]
 
-    def __getitem__(self, name: str) -> Kind:
-        """Return the kind of a name that is known to be one.
+    def __iter__(self) -> Iterator[str]:
+        return iter({**self._own, **self._loaded})
 
-        Raises
-        ------
-        KeyError
-            If nobody offers it.
-        """
-        if (kind := self.find(name)) is None:
-            raise KeyError(name)
-        return kind
+    def __len__(self) -> int:
+        return len({**self._own, **self._loaded})
 
     def offer(self, name: str) -> Offer | None:
         """Return who offers a name that is not our own; None where nobody does.
@@ -219,7 +218,7 @@ class Registry(Generic[Kind]):
             try:
                 if offer.name in self._own:
                     raise ExtensionError(offer, "cyclopean has a kind of that name itself, which is used")
-                self.find(offer.name)
+                self[offer.name]
             except ExtensionError as problem:
                 yield problem
 

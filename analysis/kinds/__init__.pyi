@@ -1,6 +1,7 @@
 from .active_pairs import ActivePairsRecord as ActivePairsRecord
 from .all_pairs import AllPairsRecord as AllPairsRecord
 from .best_of_series import BestOfSeriesRecord as BestOfSeriesRecord
+from .fields import Name as Name
 from .fields import RecordError as RecordError
 from .kinds import KINDS as KINDS
 from .kinds import new_trial as new_trial

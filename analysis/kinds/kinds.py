@@ -1,6 +1,7 @@
 """The kinds of trial: which record each block writes.
 
-A new kind of block adds its record, a `Trial` in a module of this room, and a line here.
+A kind of block has a record, a `Trial`: ours in a module of this room and named here, those of other packages in their
+entry points (`docs/extend.md`).
 """
 
 from __future__ import annotations
@@ -11,32 +12,26 @@ from contextlib import suppress
 from types import MappingProxyType
 from typing import Any
 
-from analysis.kinds.active_pairs import ActivePairsRecord
-from analysis.kinds.all_pairs import AllPairsRecord
-from analysis.kinds.best_of_series import BestOfSeriesRecord
 from analysis.kinds.fields import RecordError, of_whole_characters, read_fields
-from analysis.kinds.page import BreakRecord, PageRecord
-from analysis.kinds.preference import PreferenceRecord
-from analysis.kinds.questionnaire import QuestionRecord
-from analysis.kinds.rating import RatingRecord
-from analysis.kinds.screening import ScreeningRecord
-from analysis.kinds.threshold import ThresholdRecord
 from analysis.kinds.trial import PRACTICE, Trial
+from documents.extensions import ExtensionError, Registry
 
 NEWER = "if a newer version of cyclopean recorded it, read it with that; otherwise restore the file from a copy"
-KINDS: Mapping[str, type[Trial]] = MappingProxyType(
+KINDS: Registry[type[Trial]] = Registry(
+    "cyclopean.records",
     {
-        "instructions": PageRecord,
-        "break": BreakRecord,
-        "all_pairs": AllPairsRecord,
-        "active_pairs": ActivePairsRecord,
-        "best_of_series": BestOfSeriesRecord,
-        "rating": RatingRecord,
-        "preference": PreferenceRecord,
-        "threshold": ThresholdRecord,
-        "questionnaire": QuestionRecord,
-        "screening": ScreeningRecord,
-    }
+        "instructions": "analysis.kinds.page:PageRecord",
+        "break": "analysis.kinds.page:BreakRecord",
+        "all_pairs": "analysis.kinds.all_pairs:AllPairsRecord",
+        "active_pairs": "analysis.kinds.active_pairs:ActivePairsRecord",
+        "best_of_series": "analysis.kinds.best_of_series:BestOfSeriesRecord",
+        "rating": "analysis.kinds.rating:RatingRecord",
+        "preference": "analysis.kinds.preference:PreferenceRecord",
+        "threshold": "analysis.kinds.threshold:ThresholdRecord",
+        "questionnaire": "analysis.kinds.questionnaire:QuestionRecord",
+        "screening": "analysis.kinds.screening:ScreeningRecord",
+    },
+    lambda name, kind: None if isinstance(kind, type) and issubclass(kind, Trial) else "is no Trial",
 )
 
 
@@ -51,7 +46,10 @@ def read_trial(line: dict[str, Any]) -> Trial:
     kind = line.get("kind")
     if kind == PRACTICE:
         kind = line.get("practice_of")
-    record = KINDS.get(kind) if isinstance(kind, str) else None
+    try:
+        record = KINDS.get(kind) if isinstance(kind, str) else None
+    except ExtensionError as error:
+        raise RecordError(error.findings[0].message, error.findings[0].remedy or "") from None
     if record is None:
         if not isinstance(kind, str):
             raise RecordError(f"it has no '{'practice_of' if line.get('kind') == PRACTICE else 'kind'}'")

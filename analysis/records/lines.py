@@ -31,6 +31,7 @@ from analysis.kinds.fields import (
     of_whole_characters,
     read_fields,
 )
+from analysis.kinds.kinds import KINDS
 from documents.yaml import Seed
 
 _Size = Annotated[tuple[Count, Count], Strict(False)]
@@ -313,7 +314,8 @@ class Header(Fields):
     ``station`` is a random name that an account on a machine keeps, ``planned`` has each block as the session began;
     both are empty in older logs. ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1
     and 2; 1, as in older logs, 2 and 3. ``sitting`` counts the observer's sessions in the folder from 1, which it is in
-    older logs. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
+    older logs. ``hashes`` identifies the experiment, stimuli and display by SHA-256. ``extensions`` has the package of
+    each kind of block that is not ours; ``software`` has its version.
     """
 
     record: Literal["session"] = "session"
@@ -336,6 +338,7 @@ class Header(Fields):
     planned: list[Planned] = Field(default_factory=list)
     order_rule: Literal[1, 2] = 1
     sitting: Count = 1
+    extensions: dict[Name, Name] = Field(default_factory=dict)
     schema_version: Literal[1] = SCHEMA_VERSION
 
     @property
@@ -371,6 +374,10 @@ def read_header(line: dict[str, Any]) -> Header:
     for index, name in enumerate(names):
         if name in names[:index]:
             raise RecordError(f"two stimuli are called '{name}'")
+    for kind, package in header.extensions.items():
+        if kind not in KINDS:
+            what = f"it has trials of kind '{kind}', which {package} {header.software.get(package, '')} adds"
+            raise RecordError(what.replace("  ", " "), f"install it: pip install {package}")
     return header
 
 

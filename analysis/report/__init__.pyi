@@ -6,6 +6,7 @@ from .factors import factors_section as factors_section
 from .grouped import common_names as common_names
 from .observers import observers_section as observers_section
 from .page import write_report as write_report
+from .part import Part as Part
 from .report import Report as Report
 from .series import rating_figure as rating_figure
 from .series import score_figure as score_figure

@@ -36,7 +36,7 @@ class ByKind:
             raise PydanticKnownError("union_tag_not_found", {"discriminator": f"'{_KEY}'"})
         tag = value[_KEY]
         try:
-            kind = self._registry.find(tag) if isinstance(tag, str) else None
+            kind = self._registry.get(tag) if isinstance(tag, str) else None
         except ExtensionError as error:
             finding = error.findings[0]
             context = {"message": finding.message, "remedy": finding.remedy}

@@ -2,10 +2,15 @@ from .active_pairs import ActivePairs as ActivePairs
 from .block import Block as Block
 from .block import BlockKind as BlockKind
 from .block import Draft as Draft
+from .block import Fault as Fault
+from .block import Hold as Hold
 from .block import Response as Response
+from .block import Steps as Steps
+from .block import answer as answer
 from .context import BlockContext as BlockContext
 from .context import Draw as Draw
 from .context import Stimuli as Stimuli
+from .pair_views import SequenceView as SequenceView
 from .registry import BLOCKS as BLOCKS
 from .registry import AnyBlock as AnyBlock
 from .style import FULL_HD_HALF as FULL_HD_HALF

@@ -10,10 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
+from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from devices.display import Rig, panel_of_monitor
 from documents import InputError
+from documents.extensions import installed
 from runner.blocks.interface import KEYS
+from runner.blocks.registry import BLOCKS
 from runner.check.signal_path import SignalFact, examine_signal_path
 from runner.check.timing_marks import MarkLatency, measure_marks
 from runner.presenter.counters import IntervalSummary
@@ -87,12 +90,14 @@ class MonitorReport:
 class MachineReport:
     """The versions of the software, where its packages are, and what surfaces, monitors and signal path are like.
 
+    ``extensions`` are other packages that add to this one, by name and version, with what each adds or why it cannot.
     ``measures`` are those of two pictures by name, with what to install, None where nothing is missing. ``keyboard`` is
     None without a display server.
     """
 
     software: Mapping[str, str]
     packages: Mapping[str, PackageReport]
+    extensions: Mapping[str, tuple[str, ...]]
     measures: Mapping[str, str | None]
     surfaces: Mapping[str, SurfaceReport]
     monitors: tuple[MonitorReport, ...]
@@ -141,6 +146,10 @@ def told_of(report: MachineReport, meanings: Mapping[str, str] = MappingProxyTyp
         yield f"  {name}: {package.problem or 'from ' + package.folder}"
     for name, version in report.software.items():
         yield f"  {name} {version}"
+    if report.extensions:
+        yield "\nExtensions"
+    for package, words in report.extensions.items():
+        yield f"  {package}: {'; '.join(words)}"
     there = [name for name, missing in report.measures.items() if missing is None]
     yield f"\nMeasures of pictures\n  installed: {', '.join(there)}"
     for name, missing in report.measures.items():
@@ -193,6 +202,7 @@ def examine_machine(keys: Iterable[str] = ANY_KEYS) -> MachineReport:
     return MachineReport(
         software=software(),
         packages={name: _package(name) for name in _PACKAGES},
+        extensions=_extensions(),
         measures={name: missing_package(name) for name in measure_names()},
         surfaces={backend: _surface(backend) for backend in BACKENDS},
         monitors=_monitors(),
@@ -246,6 +256,18 @@ def _package(name: str) -> PackageReport:
     folder = Path(file).resolve().parents[1] if file else None
     problem = None if folder == root else f"imported from {folder}, not from {root}: another distribution hides it"
     return PackageReport(str(folder), problem)
+
+
+def _extensions() -> dict[str, tuple[str, ...]]:
+    """Return what each extension adds, and what of it cannot be used."""
+    known = {registry.group: list(registry.problems()) for registry in (BLOCKS, KINDS)}
+    wrong = {problem.offer: problem.reason for problems in known.values() for problem in problems}
+    told: dict[str, list[str]] = {}
+    for offer in installed():
+        what = f"{offer.name} ({offer.group.rpartition('.')[2]})"
+        reason = wrong.get(offer) if offer.group in known else f"this version has no {offer.group}"
+        told.setdefault(str(offer), []).append(f"! {what} cannot be used: {reason}" if reason else what)
+    return {package: tuple(words) for package, words in told.items()}
 
 
 def _monitors() -> tuple[MonitorReport, ...]:

@@ -43,6 +43,7 @@ def doctor_command(
     from dataclasses import asdict
 
     from devices.display import read_rig
+    from documents import json_fields
     from runner.check.display_facts import not_measured
     from runner.check.doctor import ANY_KEYS, examine_machine, examine_timing, told_of
     from runner.check.experiment import keys_of
@@ -65,7 +66,7 @@ def doctor_command(
     report = examine_machine(meanings or ANY_KEYS)
     lacks = {"rig_not_measured": not_measured(its_rig)} if its_rig else {}
     of_rig = [f"\nRig '{rig}'\n  not measured: {', '.join(words)}" for words in lacks.values()]
-    return asdict(report) | lacks, (*told_of(report, meanings), *of_rig)
+    return json_fields(report) | lacks, (*told_of(report, meanings), *of_rig)
 
 
 @click.command(short_help="Print the JSON Schema of a file that you write.")

@@ -134,13 +134,32 @@ def _refuse_given_twice(command: click.Command, ctx: click.Context, args: list[s
             raise click.UsageError(f"{max(option.opts, key=len)} is given twice, and takes one value.", ctx)
 
 
+def _say_version(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    """Say which version this is, and which packages add to it."""
+    if not asked:
+        return
+    from importlib.metadata import version
+
+    from documents.extensions import installed
+
+    click.echo("\n  with ".join([f"cyclopean, version {version('cyclopean')}", *dict.fromkeys(map(str, installed()))]))
+    context.exit()
+
+
 @click.group(
     cls=LazyGroup,
     package="runner.cli",
     commands_help=COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-@click.version_option(package_name="cyclopean")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_say_version,
+    help="Show the version and exit.",
+)
 @click.pass_context
 def group(context: click.Context) -> None:
     """Show colorimetrically exact stereo pictures to observers, and score what they answer.

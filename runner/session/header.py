@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.records import Header, SessionLog, Version, new_header
 from documents import Finding, InputError
+from documents.extensions import version_of
 from documents.files import read_regular, sha256_of_file, write_whole
 from documents.fonts import font_name, other_fonts
 from documents.platform import state_folder
+from runner.blocks.registry import BLOCKS
 from runner.errors import SessionError
 from runner.observers.presses import changes
 from runner.session.clocks import SteadyClock
@@ -145,6 +147,8 @@ def make_header(
     """
     rig = experiment.rig
     panel = rig.display.panel
+    kinds = {block.kind for block in experiment.spec.blocks}
+    offers = {kind: offer for kind in sorted(kinds) if (offer := BLOCKS.offer(kind))}
     return new_header(
         experiment.spec.name,
         observer,
@@ -184,7 +188,8 @@ def make_header(
         },
         analysis=experiment.spec.analysis.model_dump(mode="json", exclude_none=True),
         hashes=hashes(experiment, stimuli) | ({"configuration": configuration} if configuration else {}),
-        software=software(),
+        software=software() | {offer.package: version_of(offer) for offer in offers.values()},
+        **({"extensions": {kind: offer.package for kind, offer in offers.items()}} if offers else {}),
         presentation=dict(presentation),
         remarks=remarks,
         interface=_interface(experiment),

@@ -71,12 +71,12 @@ def test_a_kind_of_another_package_is_as_good_as_ours(install: Install, tmp_path
     offer = things.offer("jug")
     assert offer is not None
     assert (offer.package, offer.version) == ("pottery", "2.1")
-    assert things.find("bowl") is None
+    assert things.get("bowl") is None
 
 
 def test_only_an_unknown_name_looks_through_the_environment(install: Install, tmp_path: Path) -> None:
     install("pottery", SOUND, jug="Jug")
-    assert _registry(tmp_path).find("jug") is not None
+    assert _registry(tmp_path).get("jug") is not None
 
     class Blind(Environment):
         def scan(self) -> tuple[()]:
@@ -85,15 +85,15 @@ def test_only_an_unknown_name_looks_through_the_environment(install: Install, tm
     things: Registry[type[Thing]] = Registry(
         GROUP, {"cup": f"{__name__}:Cup"}, of_base(Thing), Blind([str(tmp_path / "site")])
     )
-    assert things.find("cup") is Cup
-    assert things.find("jug") is not None
+    assert things.get("cup") is Cup
+    assert things.get("jug") is not None
     with pytest.raises(AssertionError):
-        things.find("bowl")
+        things.get("bowl")
 
 
 def test_what_the_cache_says_is_looked_up_again_where_it_is_out_of_date(install: Install, tmp_path: Path) -> None:
     install("pottery", SOUND, jug="Jug")
-    _registry(tmp_path).find("jug")
+    _registry(tmp_path).get("jug")
     install("pottery", SOUND.replace("Jug", "Pitcher"), "2.0", jug="Pitcher")
     sys.modules.pop("pottery")
     assert _registry(tmp_path)["jug"].__name__ == "Pitcher"
@@ -103,8 +103,8 @@ def test_what_the_cache_says_is_looked_up_again_where_it_is_out_of_date(install:
     sys.modules.pop("pottery")
     importlib.invalidate_caches()
     with pytest.raises(ExtensionError):
-        _registry(tmp_path).find("jug")
-    assert _registry(tmp_path).find("jug") is None
+        _registry(tmp_path).get("jug")
+    assert _registry(tmp_path).get("jug") is None
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_one_that_cannot_be_used_costs_nobody_else_anything(
     install("pottery", SOUND.replace("jug", "bowl").replace("Jug", "Bowl"), bowl="Bowl")
     things = _registry(tmp_path)
     with pytest.raises(ExtensionError) as raised:
-        things.find("jug")
+        things.get("jug")
     assert raised.value.findings[0].code == "extension"
     assert "broken 1.0" in raised.value.findings[0].message
     assert said in raised.value.findings[0].message
@@ -140,7 +140,7 @@ def test_a_name_that_is_taken_is_refused(install: Install, tmp_path: Path) -> No
     install("shadow", SOUND.replace("jug", "cup"), cup="Jug")
     things = _registry(tmp_path)
     with pytest.raises(ExtensionError):
-        things.find("jug")
+        things.get("jug")
     assert things["cup"] is Cup
     assert things.names() == ("cup",)
     assert [problem.findings[0].message.split()[2] for problem in things.problems()] == ["pottery", "shadow"]

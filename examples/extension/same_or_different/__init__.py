@@ -1,0 +1,3 @@
+"""A same-or-different block: two pictures, one after the other; were they the same?"""
+
+CYCLOPEAN_INTERFACE = 1
