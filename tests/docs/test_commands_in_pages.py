@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 import pytest
 
+from analysis.kinds import KINDS
 from runner.blocks import BLOCKS
 from runner.cli.main import group
 from runner.presenter import MODES
@@ -89,7 +90,7 @@ _FILE = re.compile(
     r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean|configs|experiments|tests|benchmarks|examples|docs|tools)"
     r"/[\w./-]*\w"
 )
-_GROUPS = {BLOCKS.group}  # of entry points
+_GROUPS = {BLOCKS.group, KINDS.group}  # of entry points
 _LINK = re.compile(r"\]\(([^)#\s]*)(#[^)\s]*)?\)")
 # Made by a benchmark, in the cache folder of the user, and in a wheel only.
 _NOT_HERE = ("benchmarks/out", "cyclopean/stimuli", "runner/shipped")

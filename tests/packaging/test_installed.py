@@ -202,3 +202,24 @@ def test_studies_are_made_away_from_the_checkout(installed: Installed, tmp_path:
     draw_flat(tmp_path / "photos", ("a", "b", "c"))
     assert "3 trials" in installed.run(tmp_path, "new", "my_study", "photos", "--panel", "640x480,0.5")
     installed.run(tmp_path, "check", "my_study/experiment.yaml", "--no-screen")
+
+
+def test_a_package_beside_ours_adds_a_kind_of_block(installed: Installed, tmp_path: Path) -> None:
+    """It is checked, run, cut short, resumed, replayed, reported and exported without a changed line of ours."""
+    (wheel,) = build(ROOT / "examples/extension", tmp_path / "dist", "wheel")
+    python = installed.program.with_name("python.exe" if os.name == "nt" else "python")
+    pip = [sys.executable, "-m", "pip", "--python", str(python), "--disable-pip-version-check"]
+    subprocess.run([*pip, "install", "--quiet", "--no-index", "--no-deps", wheel], check=True, timeout=120)
+    assert "cyclopean-same-or-different 1.0" in installed.run(tmp_path, "--version")
+    schema = json.loads(installed.run(tmp_path, "schema", "experiment"))
+    assert "exposure_s" in schema["$defs"]["SameOrDifferent"]["properties"]
+    (tmp_path / "proof").mkdir()
+    proof = "import sys; from cyclopean.testing import prove_block; prove_block(sys.argv[1], 'proof')"
+    entry = "kind: same_or_different, trials: 6, exposure_s: 0.1"
+    subprocess.run([python, "-P", "-c", proof, entry], cwd=tmp_path, check=True, timeout=300)
+    installed.run(tmp_path, "check", "proof/proof.yaml")
+    page = tmp_path / "page.html"
+    installed.run(tmp_path, "report", "proof/whole", "--with-simulated", "-o", str(page))
+    assert "Same or different" in page.read_text(encoding="utf-8")
+    subprocess.run([*pip, "uninstall", "--quiet", "--yes", "cyclopean-same-or-different"], check=True, timeout=120)
+    assert "same-or-different" not in installed.run(tmp_path, "--version")
