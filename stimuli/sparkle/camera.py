@@ -42,6 +42,7 @@ def splat(sparkles: Sparkles, plate: Plate, camera: Camera, tile_px: int = TILE_
     column_mm, row_mm = plate.width_mm / columns, plate.height_mm / rows
     across = (sparkles.x_mm + 0.5 * plate.width_mm) / column_mm
     down = (0.5 * plate.height_mm - sparkles.y_mm) / row_mm
+    # A sparkle's luminance times its area is shared out over pixels, whose luminance is the sum per pixel's area.
     light = sparkles.luminance_cd_m2 * sparkles.area_mm2 / (column_mm * row_mm)
     reach = int(np.ceil(4.0 * camera.point_spread_sd_px))
     offsets = np.arange(-reach, reach + 1)
@@ -86,6 +87,7 @@ def _weights(
 
     pixel = np.clip(np.floor(place_px), -1, pixels).astype(np.int64)
     edges = np.append(offsets, offsets[-1] + 1)
+    # The Gaussian's share between a pixel's edges is the difference of its integral; the cut tails are shared out.
     below = ndtr((pixel[:, None] + edges - place_px[:, None]) / sd_px)
     shares = np.diff(below, axis=1)
     shares /= shares.sum(axis=1, keepdims=True)
@@ -98,6 +100,7 @@ def eye_mtf(cycles_per_degree: NDArray[np.float64], pupil_mm: float) -> NDArray[
     (1 + (u/u₁)²)^−0.62 · √D with u₁ = 21.95 − 5.512 d + 0.3922 d² and D the transfer of a perfect lens of pupil d.
     """
     first = 21.95 - 5.512 * pupil_mm + 0.3922 * pupil_mm**2
+    # Of a perfect lens: cut off at d/λ, 2/π (arccos x − x √(1 − x²)) below.
     limit = pupil_mm * np.pi * 1e6 / (WAVELENGTH_NM * 180.0)
     share = np.minimum(cycles_per_degree / limit, 1.0)
     perfect = 2.0 / np.pi * (np.arccos(share) - share * np.sqrt(1.0 - share**2))

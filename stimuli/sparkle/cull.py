@@ -83,7 +83,9 @@ def slope_circles(tiles: Tiles, plate: Plate, lamp: Lamp, eye_mm: Floats, least_
     view, light = view_directions(x, y, eye_mm), np.broadcast_to(lamp_directions(lamp, x, y), (len(x), 3))
     h = half_way(refract(view, index), refract(light, index))
     to_eye = np.sqrt((eye_mm[0] - x) ** 2 + (eye_mm[1] - y) ** 2 + eye_mm[2] ** 2)
+    # r and s of step 1: the least distances within the tile.
     eye_near, lamp_near = np.maximum(to_eye - reach, eye_mm[2]), nearest_mm(lamp, x, y, reach)
+    # v_z + l_z of step 3, at the tile's greatest distance from eye and lamp.
     height = _least_height(eye_mm[2] / (to_eye + reach), index)
     position = lamp.position_mm
     if position is None:
@@ -91,6 +93,7 @@ def slope_circles(tiles: Tiles, plate: Plate, lamp: Lamp, eye_mm: Floats, least_
     else:
         away = np.sqrt((position[0] - x) ** 2 + (position[1] - y) ** 2 + position[2] ** 2)
         height = height + _least_height(position[2] / (away + reach), index)
+    # β = ρ (1/r + 1/s) / (m (v_z + l_z)); cos α = 1 − σ² ln(1/τ); γ = α + β, from tan(θ − γ) to tan(θ + γ).
     beta = reach * (1.0 / eye_near + 1.0 / lamp_near) / (index * height)
     square = -(widest_lobe_sd(plate, lamp) ** 2) * np.log(least_share)
     alpha = np.arccos(1.0 - square) if square < 2 else np.pi
@@ -105,6 +108,7 @@ def slope_circles(tiles: Tiles, plate: Plate, lamp: Lamp, eye_mm: Floats, least_
 
 def _least_height(cosine: Floats, refractive_index: float) -> Floats:
     """Return the height in the coat of a unit vector whose height outside is ``cosine``."""
+    # Snell: sin θ' = sin θ / m, and sin² + cos² = 1.
     return np.asarray(np.sqrt(1.0 - (1.0 - cosine**2) / refractive_index**2))
 
 

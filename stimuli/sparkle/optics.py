@@ -52,6 +52,7 @@ def refract(direction: Floats, refractive_index: float) -> Floats:
 def transmittance(cos_outside: Floats | float, cos_inside: Floats | float, refractive_index: float) -> Floats:
     """Return the share of unpolarised light that passes the surface (Fresnel); the same both ways."""
     outside, inside = np.asarray(cos_outside, dtype=np.float64), np.asarray(cos_inside, dtype=np.float64)
+    # Fresnel's r_s and r_p; what is not reflected passes, half of the light in each polarisation.
     across = (outside - refractive_index * inside) / (outside + refractive_index * inside)
     along = (refractive_index * outside - inside) / (refractive_index * outside + inside)
     return np.asarray(1.0 - 0.5 * (across**2 + along**2))
@@ -127,11 +128,13 @@ def mirror(
     light = lamp_directions(lamp, x, y)
     lamp_inside = refract(light, index)
     h = half_way(view_inside, lamp_inside)
+    # The lobe exp((n·h − 1)/σ²) / (2πσ²).
     lobe_share = np.exp((np.einsum("...j,...j->...", normal, h) - 1.0) / sd**2)
     lobe = lobe_share / (2.0 * np.pi * sd**2)
     # Illuminance on a plane square to the beam inside the coat: the meter's reading, less what the surface returns.
     through = transmittance(light[..., 2], lamp_inside[..., 2], index)
     received = illuminance_lx(lamp, x, y) * through / lamp_inside[..., 2]
+    # ρ · E · lobe / (4 v·h).
     inside = reflectance * received * lobe / (4.0 * np.einsum("ij,ij->i", view_inside, h))
     # Leaving the coat, light spreads over n² times the solid angle.
     luminance = inside * transmittance(view[:, 2], view_inside[:, 2], index) / index**2
@@ -151,9 +154,10 @@ def shade(flakes: Flakes, plate: Plate, lamp: Lamp, eye_mm: Floats) -> Sparkles:
     sd = lobe_sd(plate, angular_radius(lamp, x, y), diameter)
     seen = mirror((x, y), normal, plate.flake_reflectance, sd, plate, lamp, eye_mm)
     view_inside, luminance = seen.view_inside, seen.luminance_cd_m2
+    # The disc's area as the eye sees it, laid out on the surface: n·v / v_z.
     across = np.abs(np.einsum("ij,ij->i", normal, view_inside)) / view_inside[:, 2]
     depth = flakes.depth_mm.astype(np.float64) / view_inside[:, 2]
-    if plate.coat_extinction_per_mm > 0:
+    if plate.coat_extinction_per_mm > 0:  # Lambert's law over the way down and up
         path = depth + flakes.depth_mm / seen.lamp_inside[..., 2]
         luminance = luminance * np.exp(-plate.coat_extinction_per_mm * path)
     flat = np.maximum(diameter - 2e-3 * plate.flake_rim_um, 0.0)
