@@ -23,6 +23,7 @@ from cyclopean.answers import export_bids, report
 from cyclopean.pictures import write_picture
 from cyclopean.sessions import check
 from documents import InputError
+from documents.files import read_regular
 from runner.errors import SessionError
 from runner.ports import Ask, Holding, KeyPress
 from runner.protocol import Experiment, read_experiment
@@ -97,7 +98,7 @@ def prove_block(entry: str, folder: str | Path, *, cuts: int = 60, backend: Back
     for trial in whole.answers:
         beyond = ", ".join(sorted(study.shown[trial.place] - {*trial.stimuli}))
         _must(not beyond, "a record names what was shown", f"that of trial {trial.place} does not name {beyond}")
-    torn = list(_torn(whole.file.read_bytes(), cuts))
+    torn = list(_torn(read_regular(whole.file, 100_000_000), cuts))
     for kept in torn:
         resumed = study.goes_on(whole, kept)
         _must(resumed == told, "it goes on where it stopped", f"cut after {len(kept)} bytes it went on otherwise")

@@ -26,6 +26,7 @@ from pathlib import Path
 
 COMMAND = "runner.cli.main"
 SHARED = 6  # names: two declarations that share so many are one form, written twice
+KIND = re.compile(r'": "([a-z_]+(?:\.\w+)+):[A-Za-z]+"')  # as a registry names it
 PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
 
 
@@ -112,13 +113,15 @@ def lines_of(files: Iterable[Path]) -> int:
 
 
 def once_imported(modules: dict[str, Path], faces: dict[str, dict[str, str]]) -> dict[str, str]:
-    """Return the modules that exactly one other module imports, and which."""
+    """Return the modules that exactly one other module imports, and which; not kinds, which a registry names."""
     importers: dict[str, set[str]] = {name: set() for name in modules}
     for name, file in modules.items():
+        for kind in KIND.findall(file.read_text(encoding="utf-8")):
+            importers.pop(kind, None)
         for imported in imports_of(file, modules, faces):
             if imported in importers and imported != name:
                 importers[imported].add(name)
-    leaves = [name for name, file in modules.items() if file.name != "__init__.py"]
+    leaves = [name for name in importers if modules[name].name != "__init__.py"]
     return {name: next(iter(importers[name])) for name in leaves if len(importers[name]) == 1}
 
 

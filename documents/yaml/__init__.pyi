@@ -1,6 +1,6 @@
-from .by_kind import ByKind as ByKind
 from .described import described_schema as described_schema
 from .load import KIND_BY_KEY as KIND_BY_KEY
+from .load import ByKind as ByKind
 from .load import FileModel as FileModel
 from .load import OneOf as OneOf
 from .load import checked as checked

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, RootModel, ValidationError
-from pydantic_core import CoreSchema
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    RootModel,
+    ValidationError,
+)
+from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, SchemaValidator, core_schema
 
+from documents.extensions import ExtensionError, Registry
 from documents.findings import Finding, InputError
 from documents.yaml.ranges import refuse_unranged
 from documents.yaml.source import YamlSource, read_yaml
@@ -22,6 +31,7 @@ Kinds = TypeVar("Kinds")
 
 Kind = Literal["experiment", "display", "verification", "camera", "regions", "rig", "recipe"]
 
+_TAG = "kind"  # the key that says of which kind a value is
 # The first key that is there decides.
 KIND_BY_KEY = MappingProxyType(
     {
@@ -71,6 +81,69 @@ class OneOf(RootModel[Kinds], Generic[Kinds]):
     """Base of the model of a YAML file of several kinds: of ``Annotated[A | B, Field(discriminator="kind")]``."""
 
     model_config = ConfigDict(defer_build=True)
+
+
+class ByKind:
+    """Makes ``Annotated[Base, ByKind(REGISTRY)]`` the type of a value of any kind of ``REGISTRY``.
+
+    It is as a union that pydantic discriminates by ``kind``, but a kind is loaded only when a value names it, so that
+    a study loads no kind that it does not have, and other packages' kinds are as good as ours.
+    """
+
+    def __init__(self, registry: Registry[Any]) -> None:
+        self._registry = registry
+        self._within = False
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self._checked)
+
+    def _checked(self, value: Any) -> Any:
+        if isinstance(value, BaseModel):
+            return value
+        if not isinstance(value, dict):
+            raise PydanticKnownError("model_attributes_type")
+        if _TAG not in value:
+            raise PydanticKnownError("union_tag_not_found", {"discriminator": f"'{_TAG}'"})
+        tag = value[_TAG]
+        try:
+            kind = self._registry.get(tag) if isinstance(tag, str) else None
+        except ExtensionError as error:
+            finding = error.findings[0]
+            context = {"message": finding.message, "remedy": finding.remedy}
+            raise PydanticCustomError("extension", "{message}", context) from None
+        if kind is None:
+            tags = ", ".join(repr(name) for name in self._registry.own())
+            context = {"discriminator": f"'{_TAG}'", "tag": str(tag), "expected_tags": tags}
+            raise PydanticKnownError("union_tag_invalid", context)
+        return _validator(kind, tag).validate_python(value)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        kinds = {name: _schema(self._registry[name]) for name in self._registry.names()}
+        if self._within:  # a kind that holds others, itself among them
+            kinds = {name: core_schema.definition_reference_schema(_ref(each)) for name, each in kinds.items()}
+            return handler(core_schema.tagged_union_schema(kinds, discriminator=_TAG))
+        self._within = True
+        try:
+            return handler(core_schema.tagged_union_schema(kinds, discriminator=_TAG))
+        finally:
+            self._within = False
+
+
+@cache
+def _validator(kind: type[BaseModel], tag: str) -> SchemaValidator:
+    # As a union of one, so that the place of a fault names the kind, as in any union.
+    return SchemaValidator(core_schema.tagged_union_schema({tag: _schema(kind)}, discriminator=_TAG))
+
+
+def _schema(kind: type[BaseModel]) -> Any:
+    kind.model_rebuild()  # models are built when they are first needed
+    return kind.__pydantic_core_schema__
+
+
+def _ref(schema: Any) -> str:
+    inner = schema["schema"] if schema["type"] == "definitions" else schema
+    ref: str = inner.get("ref") or inner["schema_ref"]
+    return ref
 
 
 def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> tuple[Model, YamlSource]:
