@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from runner.blocks import Block, BlockKind, Draft, Hold, SequenceView, Setting, Steps, answer
+from runner.blocks import Block, BlockContext, BlockKind, Draft, Hold, SequenceView, Steps, answer
 from runner.ports import Ask, Choose
 from runner.scene import Scene
 
@@ -24,7 +24,7 @@ class SameOrDifferent(BlockKind):
     exposure_s: Annotated[float, Field(gt=0, le=60)] = 0.5
     """Seconds that each picture is shown."""
 
-    def meet(self, setting: Setting) -> Block:
+    def meet(self, setting: BlockContext) -> Block:
         """Return the block as one observer meets it, in an order of their own."""
         view = SequenceView(setting.single_layout(), "Same (s) or different (d)?", setting.style)
         return Block(
@@ -36,7 +36,7 @@ class SameOrDifferent(BlockKind):
             places_px=view.layout.places_px,
         )
 
-    def _steps(self, setting: Setting, view: SequenceView) -> Steps:
+    def _steps(self, setting: BlockContext, view: SequenceView) -> Steps:
         draw = random.Random(f"{setting.own_seed}/same_or_different")
         truths = [("same", "different")[number % 2] for number in range(self.trials)]
         draw.shuffle(truths)
