@@ -28,8 +28,7 @@ from runner.errors import SessionError
 from runner.ports import Ask, Holding, KeyPress
 from runner.protocol import Experiment, read_experiment
 from runner.scene import Scene
-from runner.session import Event, Resumed, SceneShown, Session, SessionOptions, run_session
-from runner.session.options import Backend
+from runner.session import Backend, Event, Resumed, SceneShown, Session, SessionOptions, run_session
 
 NAMES = ("a", "b", "c", "d", "e", "f")
 """The stimuli that a proof shows; ``scene`` is beach for three and church for three, ``codec`` 1, 2, 3."""

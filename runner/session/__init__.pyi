@@ -10,6 +10,7 @@ from .events import SceneShown as SceneShown
 from .events import SessionBegan as SessionBegan
 from .folders import Recorder as Recorder
 from .header import hashes as hashes
+from .options import Backend as Backend
 from .options import SessionOptions as SessionOptions
 from .picture_source import build_stimuli as build_stimuli
 from .run import run_session as run_session
