@@ -148,8 +148,8 @@ def told_of(report: MachineReport, meanings: Mapping[str, str] = MappingProxyTyp
         yield f"  {name} {version}"
     if report.extensions:
         yield "\nExtensions"
-    for package, words in report.extensions.items():
-        yield f"  {package}: {'; '.join(words)}"
+    for extension, adds in report.extensions.items():
+        yield f"  {extension}: {'; '.join(adds)}"
     there = [name for name, missing in report.measures.items() if missing is None]
     yield f"\nMeasures of pictures\n  installed: {', '.join(there)}"
     for name, missing in report.measures.items():
