@@ -94,17 +94,15 @@ class Environment:
 
     def scan(self) -> tuple[Offer, ...]:
         """Look through the environment, and keep what was found."""
-        from importlib.metadata import Distribution, distributions
+        from importlib.metadata import distributions
 
-        packages: dict[str, Distribution] = {}
+        offers: dict[str, list[Offer]] = {}
         for each in distributions() if self._path is None else distributions(path=list(self._path)):
-            packages.setdefault(each.name, each)  # the first one of a name is the one that is imported
-        found = tuple(
-            Offer(point.group, point.name, point.value, name, each.version)
-            for name, each in sorted(packages.items())
-            for point in each.entry_points
-            if point.group.startswith(f"{OWN}.")
-        )
+            with suppress(Exception):  # a package whose own files are broken is nobody's extension
+                points = [point for point in each.entry_points if point.group.startswith(f"{OWN}.")]
+                given = [Offer(point.group, point.name, point.value, each.name, each.version) for point in points]
+                offers.setdefault(each.name, given)  # the first one of a name is the one that is imported
+        found = tuple(offer for _, given in sorted(offers.items()) for offer in given)
         if found != self._kept:
             with suppress(OSError, InputError):
                 self._file.parent.mkdir(parents=True, exist_ok=True)

@@ -134,6 +134,14 @@ def test_one_that_cannot_be_used_costs_nobody_else_anything(
     assert len(list(things.problems())) == 1
 
 
+def test_a_package_whose_own_files_are_broken_hides_nobody(install: Install, tmp_path: Path) -> None:
+    install("pottery", SOUND, jug="Jug")
+    install("rubble", SOUND, bowl="Jug")
+    (tmp_path / "site/rubble-0.dist-info/METADATA").unlink()
+    (tmp_path / "site/rubble-0.dist-info/entry_points.txt").write_bytes(b"[cyclopean.things\xff")
+    assert _registry(tmp_path).names() == ("cup", "jug")
+
+
 def test_a_name_that_is_taken_is_refused(install: Install, tmp_path: Path) -> None:
     install("pottery", SOUND, jug="Jug")
     install("rival", SOUND, jug="Jug")

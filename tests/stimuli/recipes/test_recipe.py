@@ -139,7 +139,7 @@ def test_a_picture_s_defaults(tmp_path: Path) -> None:
 
 
 def test_editors_are_told_that_an_exposure_may_be_a_fraction() -> None:
-    exposure = Recipe.model_json_schema()["$defs"]["ExposureSpec"]["properties"]["exposure_s"]
+    exposure = Recipe.model_json_schema()["$defs"]["ShotSpec"]["properties"]["exposure_s"]
     assert [option["type"] for option in exposure["anyOf"]] == ["number", "string"]
 
 
