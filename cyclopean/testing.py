@@ -84,7 +84,7 @@ def prove_block(entry: str, folder: str | Path, *, cuts: int = 60, backend: Back
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     prove_block("kind: all_pairs, stimuli: [a, b, c]", folder, cuts=2).trials
-    3
+    5
     """
     study = _Study(Path(folder), entry, backend)
     checked = check(study.experiment)

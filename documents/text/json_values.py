@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -116,6 +117,8 @@ def json_value(value: Any) -> Any:
     """Return plain values for JSON of a result, of models, numbers, paths and arrays, or lists and mappings of them."""
     if isinstance(value, float):
         return finite(value)
+    if isinstance(value, Enum):
+        return value.value
     if not isinstance(value, type) and hasattr(value, "to_json"):
         return value.to_json()
     if hasattr(value, "model_dump"):

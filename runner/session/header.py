@@ -20,7 +20,6 @@ from documents.extensions import version_of
 from documents.files import read_regular, sha256_of_file, write_whole
 from documents.fonts import font_name, other_fonts
 from documents.platform import state_folder
-from runner.blocks.registry import BLOCKS
 from runner.errors import SessionError
 from runner.observers.presses import changes
 from runner.session.clocks import SteadyClock
@@ -145,6 +144,8 @@ def make_header(
 
     ``configuration`` is the SHA-256 of the files that are kept beside it; ``drawn`` are further fields.
     """
+    from runner.blocks.registry import BLOCKS
+
     rig = experiment.rig
     panel = rig.display.panel
     kinds = {block.kind for block in experiment.spec.blocks}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
-import tarfile
 import venv
 import zipfile
 from dataclasses import dataclass
@@ -93,8 +93,7 @@ def test_a_wheel_built_from_the_source_distribution_holds_the_same(
     distributions: tuple[Path, Path], tmp_path: Path
 ) -> None:
     """`pip install` of a source archive builds such a one; the tests and pages are in the archive too."""
-    with tarfile.open(distributions[1]) as archive:
-        archive.extractall(tmp_path / "source", filter="data")
+    shutil.unpack_archive(distributions[1], tmp_path / "source")
     (unpacked,) = (tmp_path / "source").iterdir()
     assert {"tests", "docs", "Makefile", "noxfile.py", "requirements"} <= {path.name for path in unpacked.iterdir()}
     (again,) = build(unpacked, tmp_path / "wheel", "wheel")

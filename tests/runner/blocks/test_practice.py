@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from runner import Scene
-from runner.blocks import Block, BlockContext, BlockKind, Draft
-from runner.blocks.block import Steps, answer
+from runner.blocks import Block, BlockContext, BlockKind, Draft, Steps, answer
 from runner.blocks.practice import feedback_words
 from runner.observers import key_for, plain_key
 from runner.ports import Ask, Choose
