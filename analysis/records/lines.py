@@ -338,7 +338,7 @@ class Header(Fields):
     planned: list[Planned] = Field(default_factory=list)
     order_rule: Literal[1, 2] = 1
     sitting: Count = 1
-    extensions: dict[Name, Name] = Field(default_factory=dict)
+    extensions: dict[Name, Name] = Field(default_factory=dict, exclude_if=lambda packages: not packages)
     schema_version: Literal[1] = SCHEMA_VERSION
 
     @property
