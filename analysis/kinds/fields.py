@@ -99,9 +99,12 @@ class Fields(BaseModel):
         return self.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
 
     def to_json(self) -> dict[str, Any]:
-        """Return what a line has, every field of it, in the order of the fields; of what is within, what was given."""
-        held = self.given()
-        return {name: held.pop(name, _plain(getattr(self, name))) for name in type(self).model_fields} | held
+        """Return what a line has, in the order of the fields, without what ``exclude_if`` names; within, what was given."""
+        held, known = self.given(), type(self).model_fields.items()
+        values = {name: (field, getattr(self, name)) for name, field in known}
+        left_out = {name for name, (field, value) in values.items() if field.exclude_if and field.exclude_if(value)}
+        own = {name: held.pop(name, _plain(value)) for name, (_, value) in values.items() if name not in left_out}
+        return own | held
 
     @classmethod
     def __pydantic_init_subclass__(cls, **more: Any) -> None:

@@ -6,6 +6,7 @@ Known fields have their types and ranges, and further ones are allowed: a newer 
 from __future__ import annotations
 
 import json
+import operator
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, Strict, field_validator
@@ -338,7 +339,7 @@ class Header(Fields):
     planned: list[Planned] = Field(default_factory=list)
     order_rule: Literal[1, 2] = 1
     sitting: Count = 1
-    extensions: dict[Name, Name] = Field(default_factory=dict, exclude_if=lambda packages: not packages)
+    extensions: dict[Name, Name] = Field(default_factory=dict, exclude_if=operator.not_)
     schema_version: Literal[1] = SCHEMA_VERSION
 
     @property
@@ -463,12 +464,9 @@ class WindowEvent(Fields):
     block: Count
     trial: Count
     utc: Utc
-    size_px: Annotated[tuple[Count, ...], Strict(False), Field(max_length=2)] = ()
-    monitor: Annotated[str, BeforeValidator(of_whole_characters)] = ""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the event as a line's object, without what belongs to other events."""
-        return {key: value for key, value in super().to_json().items() if value or key not in ("size_px", "monitor")}
+    # What belongs to other events is left out.
+    size_px: Annotated[tuple[Count, ...], Strict(False), Field(max_length=2, exclude_if=operator.not_)] = ()
+    monitor: Annotated[str, BeforeValidator(of_whole_characters), Field(exclude_if=operator.not_)] = ""
 
 
 class StimulusCosts(Fields):
