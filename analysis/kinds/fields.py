@@ -99,7 +99,7 @@ class Fields(BaseModel):
         return self.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
 
     def to_json(self) -> dict[str, Any]:
-        """Return what a line has, in the order of the fields, without what ``exclude_if`` says; within, what was given."""
+        """Return what a line has, in the fields' order, without what ``exclude_if`` says; within, what was given."""
         held, known = self.given(), type(self).model_fields.items()
         values = {name: (field, getattr(self, name)) for name, field in known}
         left_out = {name for name, (field, value) in values.items() if field.exclude_if and field.exclude_if(value)}
