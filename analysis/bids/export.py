@@ -22,10 +22,10 @@ from analysis.bids.sources import Source, find_sources, log_files, without_simul
 from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
 from analysis.records.answered_by import WhoAnswered
-from analysis.records.configuration import kept_files
 from analysis.records.lines import Header
-from analysis.records.session_record import SessionLog, read_session
-from analysis.records.times import Record, SessionTimes
+from analysis.records.session_record import Record, SessionLog, read_session
+from analysis.records.times import SessionTimes
+from analysis.records.versions import kept_files
 from documents import Finding
 from documents.files import MOST_LOG_BYTES, read_regular
 from documents.text import counted

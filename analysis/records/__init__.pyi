@@ -6,10 +6,6 @@ from .check import check_log as check_log
 from .check import check_results as check_results
 from .check import copy_in_mirror as copy_in_mirror
 from .codes import plain_code as plain_code
-from .configuration import CONFIGURATION_LIST as CONFIGURATION_LIST
-from .configuration import configuration_folder as configuration_folder
-from .configuration import kept_experiments as kept_experiments
-from .configuration import kept_files as kept_files
 from .growing_log import GrowingLog as GrowingLog
 from .lines import Change as Change
 from .lines import Clipping as Clipping
@@ -43,5 +39,9 @@ from .times import duration as duration
 from .times import in_time as in_time
 from .times import latest_utc as latest_utc
 from .times import read_utc as read_utc
+from .versions import CONFIGURATION_LIST as CONFIGURATION_LIST
 from .versions import Changes as Changes
 from .versions import Version as Version
+from .versions import configuration_folder as configuration_folder
+from .versions import kept_experiments as kept_experiments
+from .versions import kept_files as kept_files

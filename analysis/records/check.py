@@ -13,15 +13,15 @@ from analysis.records.results import result_files
 from analysis.records.seal import SEAL, SealCheck, check_seal
 from analysis.records.session_record import FILE_NAME, RecordReader, refusal
 from analysis.records.signing import Key, read_key
+from analysis.records.versions import stays_in
 from devices.readings import is_measurement_log
-from documents import Finding, InputError
+from documents import Finding
 from documents.files import (
     MOST_LOG_BYTES,
     RESTORE,
     DamagedLineError,
     LogState,
     compare_copy,
-    inside,
     looked_for,
     open_regular,
     read_lines,
@@ -247,13 +247,7 @@ def _compare(file: Path, state: LogState, seen: _Seen, mirror: Path | None, with
 def _lies_in(folder: Path, file: Path) -> bool:
     """Return whether ``file`` lies in ``folder``; what is outside by its name is not touched to follow links."""
     places = (os.path.abspath(folder), os.path.realpath(folder))
-    if not any(Path(os.path.abspath(file)).is_relative_to(place) for place in places):
-        return False
-    try:
-        inside(folder, file)
-    except (InputError, ValueError):  # the latter of what no file can be called
-        return False
-    return True
+    return any(Path(os.path.abspath(file)).is_relative_to(place) for place in places) and stays_in(folder, file)
 
 
 def check_results(*places: str | Path, mirror: str | Path | None = None, key: str | Path | None = None) -> ResultsCheck:

@@ -84,15 +84,9 @@ class Sitting:
         """Return what counts of a session."""
         header, folders = log.header, log.file.parents
         at_home = len(folders) > 3 and folders[0].name == f"ses-{header.session}"
-        return cls(
-            str(header.observer),
-            log.recorded_as,
-            str(header.session),
-            str(header.station),
-            str(folders[3]) if at_home else "",
-            bool(header.simulated),
-            _spans(log),
-        )
+        root = str(folders[3]) if at_home else ""
+        who = header.observer, log.recorded_as, header.session, header.station
+        return cls(*who, root, header.simulated, _spans(log))
 
 
 def notes_on_codes(sittings: Iterable[Sitting]) -> Iterator[str]:

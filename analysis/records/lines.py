@@ -33,6 +33,7 @@ from analysis.kinds.fields import (
     read_fields,
 )
 from analysis.kinds.kinds import KINDS
+from analysis.records.older_logs import ORDER_RULE, header_of_today
 from documents.yaml import Seed
 
 _Size = Annotated[tuple[Count, Count], Strict(False)]
@@ -194,8 +195,6 @@ class GammaTables(Fields):
     accepted: bool | None = None
 
 
-# What older logs may state as null.
-_Said = Annotated[Text, BeforeValidator(lambda text: "" if text is None else text)]
 _Lines = Annotated[tuple[Text, ...], Strict(False)]
 
 
@@ -208,20 +207,20 @@ class SurfaceFacts(Fields):
     is whether a part of it is on none.
     """
 
-    backend: _Said = ""
-    display_server: _Said = ""
-    vendor: _Said = ""
-    renderer: _Said = ""
-    gl_version: _Said = ""
+    backend: Text = ""
+    display_server: Text = ""
+    vendor: Text = ""
+    renderer: Text = ""
+    gl_version: Text = ""
     size_px: _Size | None = None
     stereo: bool | None = None
     vsync: bool | None = None
     remarks: _Lines = ()
     refresh_hz: NotNegative | None = None
-    bits: Annotated[Count, BeforeValidator(lambda bits: 8 if bits is None else bits)] = 8
+    bits: Count = 8
     gamepads: _Lines = ()
     gamepad_resolution_ms: NotNegative | None = None
-    arithmetic: _Said = ""
+    arithmetic: Text = ""
     monitors: _Lines = ()
     larger_than_screen: bool | None = False
 
@@ -293,7 +292,7 @@ Ends = Annotated[tuple[Whole, Whole], Strict(False)]
 class Planned(Fields):
     """One block of the session as it began: its kind, and how many trials and how much time it is expected to take.
 
-    ``scales`` has the lowest and the highest number of each scale by its name; missing in older logs.
+    ``scales`` has the lowest and the highest number of each scale by its name.
     """
 
     kind: Name
@@ -312,11 +311,11 @@ class Planned(Fields):
 class Header(Fields):
     """The first line: experiment, observer, stimuli, device and software of a session.
 
-    ``station`` is a random name that an account on a machine keeps, ``planned`` has each block as the session began;
-    both are empty in older logs. ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1
-    and 2; 1, as in older logs, 2 and 3. ``sitting`` counts the observer's sessions in the folder from 1, which it is in
-    older logs. ``hashes`` identifies the experiment, stimuli and display by SHA-256. ``extensions`` has the package of
-    each kind of block that is not ours; ``software`` has its version.
+    ``station`` is a random name that an account on a machine keeps, ``planned`` has each block as the session began.
+    ``order_rule`` says which neighbouring observers take opposite sides: 2, the numbers 1 and 2; 1, the numbers 2 and
+    3. ``sitting`` counts the observer's sessions in the folder from 1. ``hashes`` identifies the experiment, stimuli
+    and display by SHA-256. ``extensions`` has the package of each kind of block that is not ours; ``software`` has its
+    version.
     """
 
     record: Literal["session"] = "session"
@@ -337,7 +336,7 @@ class Header(Fields):
     interface: Interface = Field(default_factory=Interface)
     station: Text = ""
     planned: list[Planned] = Field(default_factory=list)
-    order_rule: Literal[1, 2] = 1
+    order_rule: Literal[1, 2] = ORDER_RULE
     sitting: Count = 1
     extensions: dict[Name, Name] = Field(default_factory=dict, exclude_if=operator.not_)
     schema_version: Literal[1] = SCHEMA_VERSION
@@ -370,7 +369,7 @@ def read_header(line: dict[str, Any]) -> Header:
             f"read it with the version that recorded it{f', {by}' if isinstance(by, str) else ''}, or a newer one; "
             "if none did, restore the file from a copy",
         )
-    header = read_fields(Header, line)
+    header = read_fields(Header, header_of_today(line))
     names = header.stimulus_names
     for index, name in enumerate(names):
         if name in names[:index]:

@@ -37,7 +37,9 @@ if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
 
 FILE_NAME = "session.jsonl"
 
+Record = Trial | Note | Mark | Resumption
 Kind = TypeVar("Kind", bound=Trial)
+Line = TypeVar("Line", bound=Record)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,24 +53,37 @@ class SessionLog:
 
     file: Path
     header: Header
-    answers: tuple[Trial, ...]
+    records: tuple[Record, ...]
     complete: bool
     state: LogState = field(default=LogState(), repr=False, compare=False)
-    notes: tuple[Note, ...] = ()
-    marks: tuple[Mark, ...] = ()
-    resumptions: tuple[Resumption, ...] = ()
     recorded_as: str = ""
-    records: tuple[Trial | Note | Mark | Resumption, ...] = ()
     windows: tuple[WindowEvent, ...] = ()
     pooled: tuple[PooledBatch, ...] = ()
+    # Gathered once: a report asks each session for its trials some thirty times.
+    answers: tuple[Trial, ...] = field(init=False, repr=False, compare=False)
     _trials: tuple[Trial, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if not self.records:
-            records = *self.answers, *self.notes, *self.marks, *self.resumptions
-            object.__setattr__(self, "records", tuple(sorted(records, key=lambda record: str(record.utc))))
-        # Gathered once: a report asks each session for its trials some thirty times.
+        object.__setattr__(self, "answers", self._those(Trial))
         object.__setattr__(self, "_trials", tuple({answer.place: answer for answer in self.answers}.values()))
+
+    def _those(self, kind: type[Line]) -> tuple[Line, ...]:
+        return tuple(record for record in self.records if isinstance(record, kind))
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """The notes."""
+        return self._those(Note)
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """The requests to repeat a trial."""
+        return self._those(Mark)
+
+    @property
+    def resumptions(self) -> tuple[Resumption, ...]:
+        """Each time that the session was resumed."""
+        return self._those(Resumption)
 
     @property
     def torn_tail(self) -> bytes:
@@ -182,21 +197,11 @@ def read_session(file: Path, shared: dict[Any, Any] | None = None) -> SessionLog
         raise ResultsError(refusal(error, file)) from error
     if reader.header is None:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1, RESTORE))
-    records = tuple(reader.records)
-    answers = tuple(record for record in records if isinstance(record, Trial))
+    header, seen = reader.with_costs(reader.header), (tuple(reader.windows), tuple(reader.pooled))
+    log = SessionLog(file, header, tuple(reader.records), reader.complete, state, "", *seen)
     count_work("sessions_read")
-    count_work("trials_read", len(answers))
-    notes = tuple(record for record in records if isinstance(record, Note))
-    marks = tuple(record for record in records if isinstance(record, Mark))
-    resumptions = tuple(record for record in records if isinstance(record, Resumption))
-    return SessionLog(
-        file,
-        reader.with_costs(reader.header),
-        *(answers, reader.complete, state, notes, marks, resumptions),
-        records=records,
-        windows=tuple(reader.windows),
-        pooled=tuple(reader.pooled),
-    )
+    count_work("trials_read", len(log.answers))
+    return log
 
 
 class RecordReader:
@@ -205,7 +210,7 @@ class RecordReader:
     def __init__(self, shared: dict[Any, Any] | None = None) -> None:
         self._shared = {} if shared is None else shared
         self.header: Header | None = None
-        self.records: list[Trial | Note | Mark | Resumption] = []
+        self.records: list[Record] = []
         self.windows: list[WindowEvent] = []
         self.pooled: list[PooledBatch] = []
         self._order: Order | None = None
@@ -218,17 +223,11 @@ class RecordReader:
 
     def with_costs(self, header: Header) -> Header:
         """Return ``header`` with what the lines after it said of the stimuli's costs, where it does not say it."""
-        if self._order is None:
-            return header
-        lacking = {
-            stimulus.name: costs
-            for stimulus in header.stimuli
-            if not stimulus.clipping and (costs := self._order.cost_of(stimulus.name))
-        }
-        if not lacking:
-            return header
+        cost_of = self._order.cost_of if self._order else lambda name: None
         stimuli = [
-            stimulus.model_copy(update={"clipping": lacking[stimulus.name]}) if stimulus.name in lacking else stimulus
+            stimulus.model_copy(update={"clipping": costs})
+            if not stimulus.clipping and (costs := cost_of(stimulus.name))
+            else stimulus
             for stimulus in header.stimuli
         ]
         return header.model_copy(update={"stimuli": stimuli})

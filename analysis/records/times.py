@@ -1,8 +1,7 @@
 """When things happened in a session, counted from its start: rising, however the machine's clock was set.
 
-A log's times rise: the session's clock cannot be set back, and a resumed session counts on from the last record. In
-logs of versions that did not do so a resumed session may begin before the last record. Its times are moved here to
-begin at that record; how long the session stood still is then not known.
+A log's times rise: the session's clock cannot be set back, and a resumed session counts on from the last record. Those
+of a log in which it did not (`older_logs`) are moved to begin at that record; how long it stood still is not known.
 """
 
 from __future__ import annotations
@@ -12,13 +11,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from analysis.kinds.trial import Trial
-from analysis.records.lines import Mark, Note, Resumption
-from analysis.records.session_record import SessionLog
+from analysis.records.lines import Resumption
+from analysis.records.older_logs import moved_on_s
+from analysis.records.session_record import Record, SessionLog
 
-Record = Trial | Note | Mark | Resumption
-# Notes come from elsewhere in the program, and may be written a moment after a record of a later time.
-_OUT_OF_ORDER_S = 1.0
 _LABEL = re.compile(r"\d{8}T\d{6}")
 
 
@@ -99,9 +95,7 @@ class SessionTimes:
                 continue
             onset_s = (utc - start).total_seconds() + moved_s
             behind_s = latest_s - onset_s
-            is_resumption = isinstance(record, Resumption)
-            if behind_s > (0.0 if is_resumption else _OUT_OF_ORDER_S):
-                moved_s += behind_s
+            moved_s += moved_on_s(behind_s, resumed=isinstance(record, Resumption))
             onset_s = max(onset_s, latest_s)
             if isinstance(record, Resumption):
                 set_back_s = max(behind_s, record.clock_behind_s, 0.0)

@@ -1,17 +1,25 @@
-"""With which files a session was made, and which of them are other ones in another session, by name."""
+"""With which files a session was made, where they lie, and which are other ones in another session, by name.
+
+They are experiment, rig, display, recipe and the manifest of the stimuli.
+`RESULTS/EXPERIMENT/configuration/DIGITS/configuration.json` names the files beside it. DIGITS begin the SHA-256 of that
+list, so that sessions with equal files share one folder. The reader defines the format; the runner writes it.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.records.configuration import CONFIGURATION_LIST, configuration_folder
 from analysis.records.session_record import SessionLog
-from documents.files import read_cached_json
+from documents import InputError
+from documents.files import inside, read_cached_json
 
+CONFIGURATION_LIST = "configuration.json"
+_FOLDER = "configuration"
+_DIGITS = 16
 _MANIFEST = "stimuli.json"
 _NAMED = 8
 # Whose file says nothing of the rest: where only a comment of it changed, it is not named.
@@ -96,6 +104,50 @@ class Version:
             names = dict.fromkeys([*before.pictures, *self.pictures])
             pictures = [name for name in names if self.pictures.get(name) != before.pictures.get(name)]
         return Changes(what, tuple(files) if known else (), tuple(pictures))
+
+
+def configuration_folder(experiment: Path, digest: str) -> Path:
+    """Return where files lie whose list has the SHA-256 ``digest``, below an ``experiment``'s folder of results."""
+    return experiment / _FOLDER / digest[:_DIGITS]
+
+
+def kept_experiments(results: Path, name: str) -> list[Path]:
+    """Return the experiment files that were kept beside sessions of the experiment ``name`` in or below ``results``."""
+    lying = f"{_FOLDER}/*/{CONFIGURATION_LIST}"
+    patterns = (lying, f"{name}/{lying}", f"results/{name}/{lying}")
+    lists = [place for pattern in patterns for place in sorted(results.glob(pattern))]
+    return [
+        file for place in lists for file in _inside(place.parent, [_read(place).get("experiment")]) if file.is_file()
+    ]
+
+
+def kept_files(log: Path) -> dict[str, Path]:
+    """Return the files that sessions beside the ``log`` were made with, by their place in the experiment's folder."""
+    experiment = log.absolute().parent.parent.parent
+    lists = sorted(experiment.glob(f"{_FOLDER}/*/{CONFIGURATION_LIST}"))
+    return {
+        file.relative_to(experiment).as_posix(): file
+        for place in lists
+        if stays_in(experiment, place)
+        for file in (place, *_inside(place.parent, _read(place).get("files", ())))
+        if file.is_file()
+    }
+
+
+def _inside(folder: Path, names: object) -> Iterator[Path]:
+    """Yield the files called ``names`` that lie in ``folder`` once links are followed."""
+    for name in names if isinstance(names, list | dict) else ():
+        if isinstance(name, str) and not Path(name).is_absolute() and stays_in(folder, folder / name):
+            yield folder / name
+
+
+def stays_in(folder: Path, file: Path) -> bool:
+    """Return whether ``file`` lies in ``folder`` once links are followed."""
+    try:
+        inside(folder, file)
+    except (InputError, ValueError):  # the latter of what no file can be called
+        return False
+    return True
 
 
 def _list(held: object) -> list[Any]:

@@ -1,4 +1,9 @@
-"""The error budget: what each step costs each eye, what all cost together, and what is not known."""
+"""The error budget: what each step costs each eye, what all cost together, and what is not known; and a scene for it.
+
+Of the scene the mean light over any pixel is known: a picture of it is right on every grid of pixels. Each channel's
+light is a product of raised cosines in x and in y, squared: from next to nothing to 0.88 of full, most of it dark, as
+pictures are. Its mean over an interval is a closed form. The finest detail has a period of 12 pixels of the display.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +14,14 @@ from typing import ClassVar
 import numpy as np
 
 from devices.budget.path import Step
-from devices.display.model import EYES, Eye
+from devices.display.model import EYES, Eye, EyeModels
 from documents.arrays import Floats
 from documents.text import JsonResult
+
+_LEAST, _MOST = 2e-4, 0.88
+# Periods of red, green and blue, in pixels of the display, and how far the right eye's picture is moved.
+_PERIODS_X_PX, _PERIODS_Y_PX = (96.0, 24.0, 48.0), (32.0, 64.0, 24.0)
+_DISPARITY_PX = 7.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,3 +105,47 @@ class ErrorBudget(JsonResult):
     def row(self, step: Step) -> BudgetRow:
         """Return the row of ``step``; KeyError if there is none."""
         return {row.step: row for row in self.rows}[step]
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothScene:
+    """The scene for a display, of ``size_px`` pixels (width, height).
+
+    Parameters
+    ----------
+    models
+        What each eye sees of the display: the scene lies in the gamut of each.
+    size_px
+        Width and height, in pixels of the display.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
+    >>> scene = SmoothScene(models, (192, 128))
+    >>> fine, coarse = scene.view("left", (384, 256)), scene.view("left", (192, 128))
+    >>> bool(np.allclose(fine.reshape(128, 2, 192, 2, 3).mean(axis=(1, 3)), coarse))
+    True
+    """
+
+    models: EyeModels
+    size_px: tuple[int, int]
+
+    def view(self, eye: Eye, pixels: tuple[int, int]) -> Floats:
+        """Return the eye's view on a grid of ``pixels`` (width, height) over the scene, XYZ (height, width, 3)."""
+        model = self.models.eye(eye).in_the_dark
+        lowest, highest = model.limits
+        moved_px = _DISPARITY_PX if eye == "right" else 0.0
+        across = _means(self.size_px[0], pixels[0], _PERIODS_X_PX, moved_px)
+        down = _means(self.size_px[1], pixels[1], _PERIODS_Y_PX, 0.0)
+        light = _LEAST + _MOST * down[:, np.newaxis] * across[np.newaxis]
+        return np.asarray(model.dark_XYZ_cd_m2 + (lowest + (highest - lowest) * light) @ model.primaries_XYZ_cd_m2.T)
+
+
+def _means(length_px: int, pixels: int, periods_px: tuple[float, ...], moved_px: float) -> Floats:
+    """Return the means over each of ``pixels`` of ((1 + cos θ)/2)² = 3/8 + cos θ/2 + cos 2θ/8, (pixels, channels)."""
+    edges = np.linspace(0.0, length_px, pixels + 1)[:, np.newaxis] + moved_px
+    wave = 2.0 * np.pi / np.array(periods_px)
+    integral = 0.375 * edges + np.sin(wave * edges) / (2.0 * wave) + np.sin(2.0 * wave * edges) / (16.0 * wave)
+    return np.asarray(np.diff(integral, axis=0) * (pixels / length_px))

@@ -1,7 +1,7 @@
 """What sessions were made with, kept beside them: copies of the files that the experiment consists of.
 
 The experiment, rig, display, recipe, font and what else is text are copied as they lie beside each other, with the
-stimuli's manifest, which has the SHA-256 of every picture. `analysis.records.configuration` says where; no copy is ever
+stimuli's manifest, which has the SHA-256 of every picture. `analysis.records.versions` says where; no copy is ever
 changed. What another program removed or changed of them while a session runs is written again at its end.
 """
 

@@ -212,6 +212,6 @@ def make_choices(make_session: Maker) -> Maker:
             )
         wishes = {"experiment": "exposure_series", "display": {}, "analysis": {}, **change}
         made = make_session(observer, names=[], answers=[], stimuli=tuple(stimuli), complete=complete, **wishes)
-        return replace(made, answers=tuple(trials))
+        return replace(made, records=tuple(trials))
 
     return make

@@ -44,7 +44,7 @@ def make_ratings(make_session: Maker) -> Maker:
                 (name, value) for name, values in ratings.items() for value in values
             )
         ]
-        return replace(session, answers=tuple(trials))
+        return replace(session, records=tuple(trials))
 
     return make
 
@@ -169,7 +169,7 @@ def make_pairs(make_session: Maker) -> Maker:
 
     def make(observer: str, kind: str = "all_pairs", **more: Any) -> SessionLog:
         session = make_session(observer, names=NAMES, answers=[])
-        return replace(session, answers=(new_answer(1, 0, kind, (), 1.0, data={**PAIR, **more}),))
+        return replace(session, records=(new_answer(1, 0, kind, (), 1.0, data={**PAIR, **more}),))
 
     return make
 
@@ -329,7 +329,7 @@ def test_equal_z_have_no_interval() -> None:
         for n, (name, value) in enumerate((("a", 2), ("b", 4)))
     )
     sessions = [
-        replace(base, header=altered(base.header, observer=code, stimuli=stimuli), answers=trials) for code in "123"
+        replace(base, header=altered(base.header, observer=code, stimuli=stimuli), records=trials) for code in "123"
     ]
     assert [score.z_interval for score in summarise_ratings(sessions).scales[0].scores] == [None, None]
 
@@ -342,7 +342,7 @@ ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
 def _session(make_session: Maker, observer: str, *views: str) -> SessionLog:
     session = make_session(observer, names="ab", answers=ANSWERS)
     trials = [new_answer(3, n, "preference", (), 1.0, data={"chosen_view": view}) for n, view in enumerate(views)]
-    return replace(session, answers=(*session.answers, *trials))
+    return replace(session, records=(*session.answers, *trials))
 
 
 def test_they_are_counted_by_observer(make_session: Maker) -> None:
@@ -366,9 +366,9 @@ def test_they_are_counted_by_observer(make_session: Maker) -> None:
 def test_the_last_attempt_counts(make_session: Maker) -> None:
     session = _session(make_session, "01", "flat")
     again = changed(session.answers[-1], attempt=1, data={**session.answers[-1].details(), "chosen_view": "stereo"})
-    assert preferences([replace(session, answers=(*session.answers, again))]).by_observer == {"01": (1, 0)}
+    assert preferences([replace(session, records=(*session.answers, again))]).by_observer == {"01": (1, 0)}
 
 
 def test_a_damaged_answer_is_refused(make_session: Maker, tmp_path: Path) -> None:
     session = _session(make_session, "01", "flat")
-    assert "'chosen_view'" in str(refusal(replace(session, answers=session.answers[-1:]), tmp_path, chosen_view="both"))
+    assert "'chosen_view'" in str(refusal(replace(session, records=session.answers[-1:]), tmp_path, chosen_view="both"))

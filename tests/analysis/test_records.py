@@ -112,9 +112,7 @@ def trial(number: int, seconds: float) -> Trial:
 
 def log(*records: Record, session: str = "s", started_utc: str = START.isoformat()) -> SessionLog:
     header = new_header("e", "01", session, started_utc)
-    resumptions = tuple(record for record in records if isinstance(record, Resumption))
-    answers = tuple(record for record in records if isinstance(record, Trial))
-    return SessionLog(Path("s"), header, answers, complete=True, resumptions=resumptions, records=records)
+    return SessionLog(Path("s"), header, records, complete=True)
 
 
 def onsets(session: SessionLog) -> list[Any]:

@@ -76,11 +76,7 @@ def with_others(sessions: Sequence[SessionLog], kind: str, paths: Sequence[str])
     for path in paths:
         values = [value for log in changed for trial in log.trials if (value := _at(held(trial), path)) is not None]
         changed = [
-            replace(
-                log,
-                answers=tuple(_changed(one, path, values) if one.kind == kind else one for one in log.answers),
-                records=(),
-            )
+            replace(log, records=tuple(_changed(one, path, values) if one.kind == kind else one for one in log.answers))
             for log in changed
         ]
     return changed
@@ -114,7 +110,8 @@ def _changed(trial: Trial, path: str, values: Sequence[Any]) -> Trial:
 
 
 def _read_again(log: SessionLog) -> SessionLog:
-    return replace(log, answers=tuple(read_trial(json.loads(json.dumps(one.to_json()))) for one in log.answers))
+    again = (read_trial(json.loads(json.dumps(one.to_json()))) for one in log.answers)
+    return replace(log, records=(*again, *log.notes, *log.marks, *log.resumptions))
 
 
 def fields_of(sessions: Sequence[SessionLog], kind: str) -> set[str]:
@@ -219,9 +216,7 @@ LEFT_OUT: Mapping[str, Any] = {"clipping": {"a": {}}, "ignored_more": 5, "interr
 def test_what_the_engine_adds_is_in_the_report_or_listed(field: str, value: Any) -> None:
     away = (WindowEvent(what="lost_focus", block=1, trial=0, utc="2026-01-01T00:00:00Z"),)
     sessions = [replace(log, windows=away) for log in recorded("rating", 0)]
-    more = [
-        replace(log, answers=tuple(_with(one, field, value) for one in log.answers), records=()) for log in sessions
-    ]
+    more = [replace(log, records=tuple(_with(one, field, value) for one in log.answers)) for log in sessions]
     is_listed = field in {one.field for one in unreported(more)}
     assert is_listed == (field in LEFT_OUT)
     plain = [json.loads(told(each, page=False)) for each in (sessions, more)]
@@ -247,7 +242,7 @@ def test_the_engine_adds_no_other_field() -> None:
 
 def test_a_field_of_a_newer_version_is_listed() -> None:
     sessions = recorded("rating", 0)
-    more = [replace(log, answers=tuple(_with(one, "gaze", 1) for one in log.answers)) for log in sessions]
+    more = [replace(log, records=tuple(_with(one, "gaze", 1) for one in log.answers)) for log in sessions]
     (field,) = [
         one for one in describe(more).to_json()["not_reported"] if (one["kind"], one["field"]) == ("rating", "gaze")
     ]

@@ -162,4 +162,4 @@ def test_a_series_of_other_pictures_in_another_session_is_refused(
     (trial,) = other.trials
     bent = changed(trial, data={**trial.details(), "stimuli": ["one", "two", "four"]})
     with pytest.raises(ResultsError, match="shows other pictures as 'one' than"):
-        gather([log, replace(other, answers=(bent,))])
+        gather([log, replace(other, records=(bent,))])

@@ -56,7 +56,7 @@ def test_a_trial_may_name_the_group_of_its_pair(make_session: Maker) -> None:
         changed(trial, data={**trial.details(), "group": name})
         for trial, name in zip(session.trials, "xy", strict=True)
     ]
-    comparisons = from_sessions([replace(session, answers=tuple(trials))])
+    comparisons = from_sessions([replace(session, records=tuple(trials))])
     assert comparisons.groups == ("x", "y")
     assert comparisons.group.tolist() == [0, 1]
 
@@ -67,7 +67,7 @@ def test_a_trial_may_name_the_group_of_its_pair(make_session: Maker) -> None:
 def test_other_kinds_of_trials_are_not_mixed_in(make_session: Maker, kind: str, data: dict[str, str]) -> None:
     session = make_session(names="ab", answers=[("a", "b")])
     other = new_answer(2, 0, kind, (), 1.0, data=data)
-    assert from_sessions([replace(session, answers=(*session.trials, other))]).wins.sum() == 1
+    assert from_sessions([replace(session, records=(*session.trials, other))]).wins.sum() == 1
 
 
 def test_the_share_of_the_first_position_counts_answers(make_session: Maker) -> None:
@@ -134,7 +134,7 @@ def _with(session: SessionLog, *more: dict[str, Any]) -> SessionLog:
         )
         for number, data in enumerate(more)
     ]
-    return replace(session, answers=(*session.answers, *trials))
+    return replace(session, records=(*session.answers, *trials))
 
 
 def test_ties_are_left_out_of_the_wins_and_counted(make_session: Maker) -> None:
@@ -185,7 +185,7 @@ def study(
         label = labels[number] if labels else None
         group = {} if label is None else {"group": label, "group_factor": "scene"}
         trials.append(changed(trial, block=block(number), data={**trial.details(), **group}))
-    return replace(session, header=altered(session.header, stimuli=stimuli), answers=tuple(trials))
+    return replace(session, header=altered(session.header, stimuli=stimuli), records=tuple(trials))
 
 
 def groups_of(session: SessionLog) -> SessionGroups:
@@ -271,7 +271,7 @@ def test_ties_link_the_stimuli_of_a_scene(make_session: Maker) -> None:
     tie = session.trials[0]
     tied: Trial = changed(tie, data={k: v for k, v in tie.details().items() if k not in ("chosen", "rejected")})
     tied = changed(tied, data={**tied.details(), "answer": "no_difference"})
-    comparisons = from_sessions([replace(session, answers=(tied, *session.trials[1:]))])
+    comparisons = from_sessions([replace(session, records=(tied, *session.trials[1:]))])
     assert set(comparisons.groups) == {"beach", "church", "dune"}
     assert comparisons.ties == 1
 

@@ -254,7 +254,7 @@ PAIRS = [(a, b) for a in THETA for b in THETA if a != b]
 
 def timed(session: SessionLog, seconds: list[float]) -> SessionLog:
     pairs = zip(session.answers, seconds, strict=True)
-    return replace(session, answers=tuple(changed(trial, response_time_s=time) for trial, time in pairs))
+    return replace(session, records=tuple(changed(trial, response_time_s=time) for trial, time in pairs))
 
 
 def test_times_that_follow_the_difference_give_its_slope(make_session: Maker) -> None:

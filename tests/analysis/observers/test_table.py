@@ -84,7 +84,7 @@ def test_several_sessions_of_one_observer_are_one_line(make_session: Maker) -> N
 def test_who_answered_nothing_or_only_ties_or_little_keeps_a_line(make_session: Maker) -> None:
     ties = replace(
         make_session("03", names=NAMES, answers=[]),
-        answers=(new_answer(1, 0, "all_pairs", (), 1.0, data={"first": "a", "second": "b", "answer": "not_sure"}),),
+        records=(new_answer(1, 0, "all_pairs", (), 1.0, data={"first": "a", "second": "b", "answer": "not_sure"}),),
     )
     table = observers_in_sessions(
         [
@@ -111,9 +111,9 @@ def test_sessions_without_comparisons_leave_the_rest(make_session: Maker) -> Non
     tie = {"first": "a", "second": "b", "answer": "not_sure"}
     undecided = replace(
         make_session("02", names=NAMES, answers=[]),
-        answers=(new_answer(1, 0, "all_pairs", (), 2.0, "2026-01-02T03:04:05Z", tie),),
+        records=(new_answer(1, 0, "all_pairs", (), 2.0, "2026-01-02T03:04:05Z", tie),),
     )
-    table = observers_in_sessions([replace(empty, answers=(screening,)), undecided])
+    table = observers_in_sessions([replace(empty, records=(screening,)), undecided])
     assert table.concordance is None
     assert [line.flags for line in table.lines] == [("failed the vision screening",), ()]
     assert table.lines[1].ties == 1
@@ -152,7 +152,7 @@ def test_flags_say_what_to_look_at_and_drop_nobody(make_session: Maker) -> None:
         {"first": "a", "second": "b", "catch": "obvious", "correct": False},
     )
     hasty = tuple(changed(trial, response_time_s=0.1) for trial in odd.answers)
-    table = observers_in_sessions([*many, replace(odd, answers=(*hasty, miss))], shuffles=0)
+    table = observers_in_sessions([*many, replace(odd, records=(*hasty, miss))], shuffles=0)
     assert len(table.lines) == 11
     line = by_name(table)["odd"]
     assert table.outliers == ("odd",)
@@ -188,7 +188,7 @@ ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
 def _with(session: SessionLog, *data: dict[str, object]) -> SessionLog:
     pair = {"first": "a", "second": "b"}
     trials = [new_answer(2, n, "all_pairs", (), 1.0, data={**pair, **one}) for n, one in enumerate(data)]
-    return replace(session, answers=(*session.answers, *trials))
+    return replace(session, records=(*session.answers, *trials))
 
 
 def _sessions(make_session: Maker) -> list[SessionLog]:
@@ -216,7 +216,7 @@ def test_the_last_attempt_counts(make_session: Maker) -> None:
     session = _sessions(make_session)[1]
     wrong = next(trial for trial in session.answers if trial.details().get("correct") is False)
     again = changed(wrong, attempt=1, data={**wrong.details(), "correct": True})
-    assert catch_results([replace(session, answers=(*session.answers, again))]).missed == {}
+    assert catch_results([replace(session, records=(*session.answers, again))]).missed == {}
 
 
 def test_the_report_says_so(make_session: Maker) -> None:
@@ -238,7 +238,7 @@ def test_without_them_nothing_is_said(make_session: Maker) -> None:
 
 def test_practice_does_not_count(make_session: Maker) -> None:
     session = _sessions(make_session)[1]
-    practised = replace(session, answers=tuple(changed(trial, kind="practice") for trial in session.answers))
+    practised = replace(session, records=tuple(changed(trial, kind="practice") for trial in session.answers))
     results = catch_results([practised])
     assert (results.obvious, results.missed, results.identical.trials) == (0, {}, 0)
 
@@ -251,7 +251,7 @@ def adding(session: SessionLog, kind: str, *data: dict[str, Any]) -> SessionLog:
     trials = [
         new_answer(2, first + n, kind, (), 1.0, data={"first": "a", "second": "b", **one}) for n, one in enumerate(data)
     ]
-    return replace(session, answers=(*session.answers, *trials))
+    return replace(session, records=(*session.answers, *trials))
 
 
 def caught(session: SessionLog, *right: bool) -> SessionLog:
@@ -370,11 +370,11 @@ def test_catch_trials_of_all_sessions_are_counted_once_each(four: list[SessionLo
         four[1], "all_pairs", *({"catch": "identical", "answer": to} for to in ("first", "second", "not_sure"))
     )
     practised = caught(four[0], False)
-    practised = replace(practised, answers=tuple(changed(one, kind="practice") for one in practised.answers))
+    practised = replace(practised, records=tuple(changed(one, kind="practice") for one in practised.answers))
     assert catch_answers([same, practised]) == CatchAnswers(3, 1, IdenticalPairs(3, 1, 1))
     wrong = next(trial for trial in same.answers if trial.details().get("correct") is False)
     again = changed(wrong, attempt=1, data={**wrong.details(), "correct": True})
-    assert catch_answers([replace(same, answers=(*same.answers, again))]).missed == 1
+    assert catch_answers([replace(same, records=(*same.answers, again))]).missed == 1
     assert catch_answers([]).to_json()["obvious"] == 0
 
 

@@ -69,7 +69,7 @@ def preferring(make_session: Maker) -> Callable[..., list[SessionLog]]:
                 }
                 trials.append(trial(place, "preference", data))
             session = make_session(f"{number:02d}", names=names, answers=[])
-            sessions.append(replace(session, answers=tuple(trials)))
+            sessions.append(replace(session, records=tuple(trials)))
         return sessions
 
     return make
@@ -100,7 +100,7 @@ def rating(make_session: Maker) -> Callable[..., list[SessionLog]]:
                 for name, mean in zip("abc", (1, 4, 7), strict=True)
             ]
             trials = tuple(trial(place, "rating", one) for place, one in enumerate(data))
-            sessions.append(replace(session, answers=trials))
+            sessions.append(replace(session, records=trials))
         return sessions
 
     return make

@@ -124,7 +124,7 @@ def test_one_observer_has_the_models_intervals_and_no_stability(make_session: Ma
 
 def test_pairs_chosen_by_the_answers_are_scored_under_the_learnt_prior(make_session: Maker) -> None:
     plain = make_session()
-    chosen = replace(plain, answers=tuple(changed(trial, kind="active_pairs") for trial in plain.answers))
+    chosen = replace(plain, records=tuple(changed(trial, kind="active_pairs") for trial in plain.answers))
     summary = summarise([chosen])
     expected = learnt_posterior(from_sessions([chosen]).wins)
     order = list(summary.scores.order)
@@ -147,7 +147,7 @@ def test_intervals_under_the_learnt_prior_are_as_wide_as_observers_differ(make_s
         for number in range(6)
     ]
     chosen = [
-        replace(each, answers=tuple(changed(trial, kind="active_pairs") for trial in each.answers)) for each in sessions
+        replace(each, records=tuple(changed(trial, kind="active_pairs") for trial in each.answers)) for each in sessions
     ]
     scaled, model = (summarise(chosen, covariance=kind).estimate for kind in ("auto", "model"))
     assert (scaled.covariance, model.covariance) == ("scaled", "model")

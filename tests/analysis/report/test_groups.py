@@ -188,7 +188,7 @@ def test_stimuli_with_nothing_in_common_have_no_pooled_scale() -> None:
 def test_observers_of_some_groups_only_are_pointed_out() -> None:
     sessions = scenes(names=SCENES[1:], codecs=("x", "y"))
     only = tuple(trial for trial in sessions[0].answers if trial.details()["group"] == "dune")
-    report = describe([replace(sessions[0], answers=only), *sessions[1:]])
+    report = describe([replace(sessions[0], records=only), *sessions[1:]])
     assert any("one group only (01)" in note for note in report.notes)
 
 

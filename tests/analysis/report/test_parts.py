@@ -83,7 +83,7 @@ def test_one_observer_of_each_kind_makes_a_page(preferring: Sessions, choosing: 
 def test_all_kinds_in_one_session_stand_on_one_page(make_session: Maker, rating: Sessions) -> None:
     answers = [("a", "b"), ("b", "c"), ("c", "a"), ("b", "a")]
     sessions = [
-        replace(pairs, answers=(*pairs.answers, *(changed(one, block=2) for one in rated.answers)))
+        replace(pairs, records=(*pairs.answers, *(changed(one, block=2) for one in rated.answers)))
         for pairs, rated in zip(
             (make_session(f"{number:02d}", names="abc", answers=answers) for number in range(1, 7)),
             rating(),
@@ -129,10 +129,10 @@ def test_whoever_is_left_out_is_named_with_the_rule(
 @pytest.mark.nightly
 def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions, rating: Sessions) -> None:
     question = new_answer(9, 0, "questionnaire", (), 1.0, UTC, {"name": "n", "question": HOSTILE, "answer": HOSTILE})
-    notes = (Note(text=HOSTILE, by=HOSTILE, block=0, trial=0, utc=UTC),)
+    note = Note(text=HOSTILE, by=HOSTILE, block=0, trial=0, utc=UTC)
     spoiled = [
         [
-            replace(one, answers=(*one.answers, question), notes=notes, header=altered(one.header, observer=HOSTILE))
+            replace(one, records=(*one.answers, question, note), header=altered(one.header, observer=HOSTILE))
             for one in sessions
         ]
         for sessions in (
@@ -204,7 +204,7 @@ def test_vision_tests_stand_on_every_report(preferring: Sessions) -> None:
     sessions = preferring(2)
     outcome = {"passed": False, "threshold": None, "estimate": 310.0, "pass_mark": 200.0, "unit": "arcsec"}
     taken = new_answer(0, 9, "screening", (), 1.0, UTC, {"test": "stereo_acuity", "outcome": outcome})
-    sessions[1] = replace(sessions[1], answers=(taken, *sessions[1].answers))
+    sessions[1] = replace(sessions[1], records=(taken, *sessions[1].answers))
     report = describe(sessions)
     (section,) = (one for one in sections_of(report, {}, {}) if one.key == "vision")
     (table,) = section.tables()
@@ -303,7 +303,7 @@ def test_figures_are_the_same_every_time(described: Report, written: Path, tmp_p
 def test_scales_whose_names_are_one_file_name_have_two(rating: Sessions, tmp_path: Path) -> None:
     one, other = rating(scale="how bright?"), rating(scale="how bright!")
     both = [
-        replace(first, answers=(*first.answers, *(changed(trial, block=2) for trial in second.answers)))
+        replace(first, records=(*first.answers, *(changed(trial, block=2) for trial in second.answers)))
         for first, second in zip(one, other, strict=True)
     ]
     write_report(both, tmp_path / "report.html", csv_folder=tmp_path / "csv", figure_folder=tmp_path / "figures")

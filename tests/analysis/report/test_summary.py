@@ -148,7 +148,7 @@ def test_a_design_that_finds_differences_says_which_and_has_no_note(make_session
 
 def test_pairs_chosen_by_the_answers_have_no_smallest_difference(make_session: Maker) -> None:
     sessions = [make_session(f"{number:02d}", analysis={}) for number in range(5)]
-    chosen = [replace(s, answers=tuple(changed(t, kind="active_pairs") for t in s.answers)) for s in sessions]
+    chosen = [replace(s, records=tuple(changed(t, kind="active_pairs") for t in s.answers)) for s in sessions]
     assert summarise(chosen).smallest is None
 
 
@@ -199,7 +199,7 @@ def test_the_interval_of_the_first_position_is_wide_where_observers_differ(make_
             first, second = (chosen, rejected) if number % 2 else (rejected, chosen)
             answer = "first" if number % 2 else "second"
             trials.append(changed(trial, data={**trial.details(), "first": first, "second": second, "answer": answer}))
-        always.append(replace(session, answers=tuple(trials)))
+        always.append(replace(session, records=tuple(trials)))
     summary = summarise(always)
     assert summary.first_share == pytest.approx(0.5)
     low, high = known(summary.first_share_interval)
@@ -310,7 +310,7 @@ def test_a_penalised_fit_and_a_learnt_prior_are_told(make_session: Maker) -> Non
     assert "Firth's penalised likelihood" in text
     assert any("D. Firth" in work for work in works)
     plain = make_session()
-    chosen = replace(plain, answers=tuple(changed(trial, kind="active_pairs") for trial in plain.answers))
+    chosen = replace(plain, records=tuple(changed(trial, kind="active_pairs") for trial in plain.answers))
     text, _ = methods([chosen])
     assert "estimated from the answers" in text
     assert "quantiles of that posterior" in text
@@ -394,10 +394,10 @@ def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) 
         trials[0] = changed(
             trials[0], data={**trials[0].details(), "timed": [{**SCENE, "missed_frames": missed} for missed in (2, 0)]}
         )
-        sessions.append(replace(session, answers=tuple(trials)))
+        sessions.append(replace(session, records=tuple(trials)))
     outcome = {"passed": False, "threshold": 400.0, "estimate": 380.0, "pass_mark": 60.0, "unit": "arcsec"}
     test = new_answer(0, 0, "screening", (), 1.0, "2026-01-01T00:00:00Z", {"test": "stereo_acuity", "outcome": outcome})
-    sessions[2] = replace(sessions[2], answers=(test, *sessions[2].answers))
+    sessions[2] = replace(sessions[2], records=(test, *sessions[2].answers))
     report = describe(sessions)
     failed = {check.check: check for check in report.failed}
     assert "single scale (p" in failed["One scale fits all answers"].reason
@@ -540,7 +540,8 @@ def test_methods_say_where_a_display_was_measured_in_another_mode(make_small: Ma
 
 def test_what_changed_when_a_session_was_resumed_is_said(make_small: Maker) -> None:
     stop = Resumption(utc="2026-01-02T05:00:00Z", accepted_changes={"rig": Change(before="a", now="b")})
-    resumed = replace(make_small("01"), resumptions=(stop,))
+    whole = make_small("01")
+    resumed = replace(whole, records=(*whole.records, stop))
     report = describe([resumed, make_small("02")])
     assert [(seen.changed, count) for seen, count in what_eyes_saw(report.sessions).items()] == [(("rig",), 1), ((), 1)]
     assert "The rig changed" in _text(report, "seen")

@@ -71,7 +71,7 @@ def test_the_last_attempt_counts_and_practice_does_not(make_choices: Maker) -> N
     other = make_choices("01", paints=("GM1",), kinds=("base",), law=lambda *_: 4)
     again = changed(other.answers[0], attempt=1)
     practice = changed(other.answers[0], kind="practice", trial=1)
-    choices = gather([replace(session, answers=(*session.answers, again, practice))])
+    choices = gather([replace(session, records=(*session.answers, again, practice))])
     assert [one.index for one in choices.choices] == [4]
 
 
@@ -134,7 +134,7 @@ def test_a_series_that_is_another_elsewhere_is_refused(make_choices: Maker) -> N
     data = {**trial.details(), "stimuli": turned, "chosen": turned[0], "chosen_index": 0}
     other = make_choices("02", paints=("GM1",), kinds=("base",))
     with pytest.raises(ResultsError, match="other pictures as 'GM1-base' than"):
-        gather([one, replace(other, answers=(changed(trial, data=data),))])
+        gather([one, replace(other, records=(changed(trial, data=data),))])
 
 
 FACTORS: dict[str, Factors] = {
@@ -171,7 +171,7 @@ def test_a_factor_that_does_not_do_is_refused(wish: dict[str, str], what: str) -
 def test_other_kinds_of_trials_are_passed_over(make_choices: Maker) -> None:
     session = make_choices("01")
     question = new_answer(2, 0, "questionnaire", (), 1.0, data={"text": "fine"})
-    assert len(gather([replace(session, answers=(*session.answers, question))]).choices) == 15
+    assert len(gather([replace(session, records=(*session.answers, question))]).choices) == 15
 
 
 # Permutation tests and their kin, against the literature and slow ways.
@@ -282,7 +282,7 @@ def test_observers_with_missing_series_are_compared_on_what_they_have(make_choic
 
     sessions = [make_choices(f"{n:02d}") for n in range(4)]
     trials = [trial for trial in sessions[0].answers if trial.details()["series"] != "GM1-base"]
-    counts = choice_counts(gather([replace(sessions[0], answers=tuple(trials)), *sessions[1:]]))
+    counts = choice_counts(gather([replace(sessions[0], records=tuple(trials)), *sessions[1:]]))
     assert counts.sum(axis=2).tolist() == [[4.0] * 3] + [[5.0] * 3] * 3
 
 

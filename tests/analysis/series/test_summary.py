@@ -103,7 +103,7 @@ def test_the_summary_is_json_that_says_what_was_done(summary: SeriesSummary) -> 
 def test_the_order_of_sessions_and_trials_and_observers_names_change_no_digit(make_choices: Maker) -> None:
     fifteen = [make_choices(f"{number:02d}", paints=("GM1", "HI"), kinds=("base", "grey")) for number in range(4)]
     plain = summarise_series(fifteen).to_json()
-    turned = [replace(one, answers=one.answers[::-1]) for one in fifteen[::-1]]
+    turned = [replace(one, records=one.answers[::-1]) for one in fifteen[::-1]]
     assert summarise_series(turned).to_json() == plain
     renamed = [
         replace(one, header=altered(one.header, observer=f"x{99 - number}")) for number, one in enumerate(fifteen)
@@ -139,7 +139,7 @@ def test_two_series_of_two_pictures_by_two_observers(make_choices: Maker) -> Non
             names = trial.details()["stimuli"][:2]
             data = {**trial.details(), "stimuli": names, "chosen": names[1], "chosen_index": 1}
             trials.append(changed(trial, data={**data, "path": [[0, 1.0], [1, 1.0]], "dwell_s": [1.0, 1.0]}))
-        sessions.append(replace(session, answers=tuple(trials)))
+        sessions.append(replace(session, records=tuple(trials)))
     summary = summarise_series(sessions)
     assert all("fewer than three" in step.reason for step in summary.steps)
     assert [one.chosen for one in summary.levels] == [0, 2] * 3
@@ -164,7 +164,7 @@ def test_without_ratings_there_are_shares_and_a_note(make_choices: Maker) -> Non
 
 def test_unfinished_sessions_are_counted_and_left_out_where_they_must_be(make_choices: Maker) -> None:
     whole = [make_choices(f"{number:02d}", paints=("GM1", "HI")) for number in range(5)]
-    torn = replace(whole[3], answers=whole[3].answers[:2], complete=False)
+    torn = replace(whole[3], records=whole[3].answers[:2], complete=False)
     summary = summarise_series([*whole[:3], torn, whole[4]])
     assert len(summary.choices.choices) == 4 * 6 + 2
     assert summary.agreement.observers == 4

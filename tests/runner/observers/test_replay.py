@@ -157,7 +157,7 @@ def test_trials_asked_again_come_again_where_they_came(
 
 def test_a_session_that_stopped_is_replayed_as_far_as_it_went(tmp_path: Path) -> None:
     log, _ = _recorded(tmp_path / "one", Fidgety({}))
-    stopped = replace(log, answers=log.answers[:6], complete=False)
+    stopped = replace(log, records=log.answers[:6], complete=False)
     again, _ = _recorded(tmp_path / "two", Replay.of(stopped))
     assert _answers(again) == _answers(stopped)
     assert not again.complete
@@ -167,7 +167,7 @@ def test_a_log_of_other_keys_is_refused(tmp_path: Path) -> None:
     log, _ = _recorded(tmp_path / "one", Fidgety({}))
     bent = changed(log.answers[1], events=(("q", 0.5),))
     with pytest.raises(SessionError, match="the key 'q' where only"):
-        _recorded(tmp_path / "two", Replay.of(replace(log, answers=(log.answers[0], bent))))
+        _recorded(tmp_path / "two", Replay.of(replace(log, records=(log.answers[0], bent))))
 
 
 def test_what_is_not_that_session_is_refused(tmp_path: Path) -> None:

@@ -138,7 +138,7 @@ def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) 
         header=altered(
             log.header, display={k: v for k, v in log.header.display.given().items() if k != "nominal"}, remarks=()
         ),
-        answers=tuple(
+        records=tuple(
             changed(trial, data={k: v for k, v in trial.details().items() if k != "nominal"}) for trial in log.answers
         ),
     )

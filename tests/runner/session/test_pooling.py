@@ -116,7 +116,7 @@ def test_the_record_is_that_of_the_posterior_of_all_answers(
 ) -> None:
     second = sit(design, results, "02", leave_after(12), seed=2)
     batch = second.pooled[-1]
-    before = replace(second, answers=tuple(a for a in second.answers if a.place < batch.place))
+    before = replace(second, records=tuple(a for a in second.answers if a.place < batch.place))
     posterior = updated_posterior(wins_of([first, before], tuple("abcdef")))
     assert batch.mean_nats == pytest.approx(posterior.theta, abs=2e-6)
     assert batch.sd_nats == pytest.approx(np.sqrt(np.diag(posterior.covariance)), abs=2e-6)

@@ -247,14 +247,14 @@ def test_a_session_with_repeats_resumes_exactly(answered: int) -> None:
         session(Resumed()).run()
     except _Gone:
         paper.before_append = lambda: None
-        log = SessionLog(Path(), HEADER, tuple(paper.trials), False, marks=tuple(paper.marks))
+        log = SessionLog(Path(), HEADER, (*paper.trials, *paper.marks), False)
         session(Resumed.of(log)).run()
     assert paper.ends
     again = [trial.place for trial in paper.trials if trial.attempt]
     assert sorted(again) == [(1, 2), (1, 7)]
     first = [trial.place for trial in paper.trials if not trial.attempt]
     assert first == [(0, 0), *((1, n) for n in range(10)), (2, 0)]
-    log = SessionLog(Path(), HEADER, tuple(paper.trials), True, marks=tuple(paper.marks))
+    log = SessionLog(Path(), HEADER, (*paper.trials, *paper.marks), True)
     assert log.pending == ()
     assert [trial.attempt for trial in log.trials if trial.place in ((1, 2), (1, 7))] == [1, 1]
 
