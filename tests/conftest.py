@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import importlib
 import io
 import json
 import os
@@ -24,6 +25,7 @@ import pytest
 from hypothesis import settings
 
 from analysis.records import SessionLog, read_session, session_files
+from documents.extensions import ENVIRONMENT
 from tests.forked import Forked, Server
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
@@ -102,6 +104,34 @@ def cyclopean() -> Callable[..., subprocess.CompletedProcess[str]]:
     `main` does not catch is raised.
     """
     return _cyclopean
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """Put packages of one module beside Python's own, each with what it offers by name."""
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    before = set(sys.modules)
+
+    def look_again() -> None:
+        importlib.invalidate_caches()
+        for found in ("_file", "_kept", "_scanned"):
+            vars(ENVIRONMENT).pop(found, None)
+
+    def put(package: str, text: str, version: str = "1.0", group: str = "cyclopean.things", **offers: str) -> None:
+        facts = tmp_path / "site" / f"{package}-0.dist-info"
+        facts.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "site" / f"{package}.py").write_text(text)
+        (facts / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: {version}\n")
+        lines = [f"{name} = {package}:{attribute}" for name, attribute in offers.items()]
+        (facts / "entry_points.txt").write_text("\n".join([f"[{group}]", *lines]))
+        look_again()
+
+    yield put
+    look_again()
+    for name in set(sys.modules) - before:
+        if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
 
 
 @pytest.fixture(scope="session")

@@ -31,7 +31,7 @@ from runner.agreement.options import AgreementOptions
 from runner.agreement.shown import ShownPictures, shown_pictures
 from runner.reports.comparison.report import check_page
 from runner.session.picture_source import Progress, no_progress
-from stimuli.measures import MeasureRow, measures_named
+from stimuli.measures import MeasureRow, measures_named, package_of
 
 # The limit of `cyclopean compare` for car paint, thesis Section 5.5.
 LIMITS: Mapping[str, float] = {"delta-e-2000": 1.4}
@@ -196,7 +196,7 @@ def _of_measure(
             for group, photograph in zip(groups, photographs, strict=True)
         ),
         limit=limits.get(name, LIMITS.get(name)),
-        remarks=_remarks(name, rows),
+        remarks=(*_remarks(name, rows), *package_of(name)),
     )
 
 

@@ -9,12 +9,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from devices.display import Rig, panel_of_monitor
 from documents import InputError
-from documents.extensions import installed
+from documents.extensions import Registry, installed
 from runner.blocks.interface import KEYS
 from runner.blocks.registry import BLOCKS
 from runner.check.signal_path import SignalFact, examine_signal_path
@@ -28,7 +29,7 @@ from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import Buffer
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
-from stimuli.measures import measure_names, missing_package
+from stimuli.measures import MEASURES
 
 _SIZE_PX = (640, 480)
 ANY_KEYS = (*KEYS, "escape", "backspace")
@@ -203,7 +204,7 @@ def examine_machine(keys: Iterable[str] = ANY_KEYS) -> MachineReport:
         software=software(),
         packages={name: _package(name) for name in _PACKAGES},
         extensions=_extensions(),
-        measures={name: missing_package(name) for name in measure_names()},
+        measures={name: MEASURES[name]().missing for name in MEASURES.names()},
         surfaces={backend: _surface(backend) for backend in BACKENDS},
         monitors=_monitors(),
         signal_path=examine_signal_path(),
@@ -258,9 +259,13 @@ def _package(name: str) -> PackageReport:
     return PackageReport(str(folder), problem)
 
 
+# Of each group of entry points that other packages can add to.
+REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, MEASURES)
+
+
 def _extensions() -> dict[str, tuple[str, ...]]:
     """Return what each extension adds, and what of it cannot be used."""
-    known = {registry.group: list(registry.problems()) for registry in (BLOCKS, KINDS)}
+    known = {registry.group: list(registry.problems()) for registry in REGISTRIES}
     wrong = {problem.offer: problem.reason for problems in known.values() for problem in problems}
     told: dict[str, list[str]] = {}
     for offer in installed():

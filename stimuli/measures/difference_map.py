@@ -1,4 +1,4 @@
-"""ΔE00 pixel by pixel; two pictures are read a few rows at a time."""
+"""ΔE00 pixel by pixel, and its mean as a measure; two pictures are read a few rows at a time."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 from devices.colour import delta_e_2000_of_xyz
 from documents.arrays import Floats32
 from stimuli.errors import StimulusError
+from stimuli.measures.measure import MapMeasure
+from stimuli.measures.viewing import ViewingConditions
 from stimuli.pictures.rows import Rows, RowsDone, over_bands
 
 
@@ -65,3 +67,21 @@ def difference_map(
     if bad:
         raise StimulusError(f"{bad} pixels cannot be compared: one of the pictures holds NaN or infinity there")
     return out
+
+
+class DeltaE2000(MapMeasure):
+    """The mean of CIEDE2000 over the pixels."""
+
+    name = "delta-e-2000"
+    title = "ΔE00"
+    unit = "ΔE"
+    better = "lower"
+    identical = 0.0
+    source = "Sharma2005"
+    map_title = "ΔE00"
+    map_highest = 10.0
+    symmetric = True
+
+    def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
+        """Return ΔE00 of each pixel, float32 (height, width)."""
+        return difference_map(reference_XYZ, test_XYZ, viewing.cielab_white_XYZ)

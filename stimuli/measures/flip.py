@@ -88,6 +88,7 @@ class Flip(_FlipKind):
     name = "flip"
     title = "ꟻLIP"
     source = "Andersson2020"
+    symmetric = True
     map_title = "ꟻLIP"
     _range: ClassVar[str] = "LDR"
 

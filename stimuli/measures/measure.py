@@ -30,7 +30,10 @@ class EyeMeasured:
 
 
 class Measure(ABC):
-    """A measure of how far a test picture is from its reference; one object of a class is registered by its name."""
+    """A measure of how far the test picture of one eye is from its reference; a class is found by its name.
+
+    What it says of itself is all that tables, pages and messages know of it. `binocular` makes one value of two eyes'.
+    """
 
     name: ClassVar[str]
     """As it is typed: ``flip``."""
@@ -42,7 +45,9 @@ class Measure(ABC):
     identical: ClassVar[float]
     """Its value for two identical pictures."""
     source: ClassVar[str]
-    """The key of its publication in ``docs/references.md``."""
+    """The key of its publication in ``docs/references.md``; of another package's, the publication itself."""
+    symmetric: ClassVar[bool] = False
+    """Whether its value stays where reference and test picture are exchanged."""
     map_title: ClassVar[str] = "error"
     """What its error map shows, with its unit."""
     map_highest: ClassVar[float | None] = None
@@ -50,14 +55,21 @@ class Measure(ABC):
     needs_display_white: ClassVar[bool] = False
     """Whether the white of the display must be known."""
     package: ClassVar[str | None] = None
-    """The module that must be there for it, beyond this distribution's own dependencies."""
+    """The module that must be there for it, beyond the own dependencies of the distribution that it is of."""
     extra: ClassVar[str | None] = None
-    """The extra of this distribution that installs it: ``pip install '.[vdp]'``."""
+    """Of one of ours, the extra of this distribution that installs it: ``pip install '.[vdp]'``."""
 
     @property
     def is_installed(self) -> bool:
         """Whether its package is there; the package is not imported for it."""
         return self.package is None or find_spec(self.package) is not None
+
+    @property
+    def missing(self) -> str | None:
+        """What to type to install what it needs; None where nothing is missing."""
+        if self.is_installed:
+            return None
+        return f"pip install '.[{self.extra}]'" if self.extra else f"pip install {self.package}"
 
     @abstractmethod
     def measure(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> EyeMeasured:

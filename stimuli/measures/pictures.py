@@ -13,7 +13,7 @@ from documents import Finding
 from documents.arrays import Floats32
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
-from stimuli.measures.registry import asked_names, measures_named
+from stimuli.measures.registry import asked_names, measures_named, package_of
 from stimuli.measures.table import MeasureRow, MeasureTable
 from stimuli.measures.viewing import ViewingConditions
 from stimuli.pictures.rows import BAND_PIXELS, Mask, Rows, bands
@@ -245,7 +245,13 @@ def _without_negative(light: NDArray[np.floating]) -> Floats32:
 def _row(
     measure: Measure, pairs: Mapping[AnyEye, PicturePair], viewing: ViewingConditions, map_longest_px: int | None
 ) -> MeasureRow:
-    eyes = {eye: _measured(measure, pair, viewing, map_longest_px) for eye, pair in pairs.items()}
+    try:
+        eyes = {eye: _measured(measure, pair, viewing, map_longest_px) for eye, pair in pairs.items()}
+    except Exception as error:
+        # Another package's measure is left out by what it raises; ours raise nothing else.
+        if isinstance(error, StimulusError) or not (of := package_of(measure.name)):
+            raise
+        raise StimulusError(f"'{measure.name}' failed ({type(error).__name__}: {error}): {of[0]}") from error
     values = [measured.value for measured in eyes.values()]
     return MeasureRow(measure, eyes, measure.binocular(values) if len(eyes) > 1 else None)
 

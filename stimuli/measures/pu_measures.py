@@ -92,6 +92,7 @@ class PuSsim(MapMeasure):
     better = "higher"
     identical = 1.0
     source = "Wang2004, Mantiuk2021"
+    symmetric = True
     map_title = "1 − SSIM"
     map_highest = 1.0
 
@@ -143,6 +144,7 @@ class PuPsnr(MapMeasure):
     better = "higher"
     identical = float("inf")
     source = "Mantiuk2021"
+    symmetric = True
     map_title = "difference of PU21 values"
 
     def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:

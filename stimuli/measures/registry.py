@@ -1,73 +1,54 @@
-"""The measures there are, by name."""
+"""The measures there are, by name: ours, and those of other packages (`docs/extend.md`)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from inspect import isabstract
+from typing import Any
 
 from documents import did_you_mean
-from documents.arrays import Floats32
+from documents.extensions import Registry, version_of
 from stimuli.errors import StimulusError
-from stimuli.measures.cvvdp import ColorVideoVDP
-from stimuli.measures.difference_map import difference_map
-from stimuli.measures.flip import Flip, HdrFlip
-from stimuli.measures.measure import MapMeasure, Measure
-from stimuli.measures.pu_measures import PuPsnr, PuSsim
-from stimuli.measures.scielab import SeenPicture
-from stimuli.measures.scielab_1996 import SCielab1996
-from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Rows
+from stimuli.measures.measure import Measure
 
-# Colour differences as measures: CIEDE2000 as the pictures are, and as the eye resolves them.
+# What a measure says of itself: without it no table can be printed.
+_SAID = ("name", "title", "unit", "better", "identical", "source")
 
 
-class DeltaE2000(MapMeasure):
-    """The mean of CIEDE2000 over the pixels."""
-
-    name = "delta-e-2000"
-    title = "ΔE00"
-    unit = "ΔE"
-    better = "lower"
-    identical = 0.0
-    source = "Sharma2005"
-    map_title = "ΔE00"
-    map_highest = 10.0
-
-    def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
-        """Return ΔE00 of each pixel, float32 (height, width)."""
-        return difference_map(reference_XYZ, test_XYZ, viewing.cielab_white_XYZ)
-
-
-class SCielab(MapMeasure):
-    """The mean of CIEDE2000 over the pixels of both pictures as the eye resolves them."""
-
-    name = "s-cielab"
-    title = "S-CIELAB"
-    unit = "ΔE"
-    better = "lower"
-    identical = 0.0
-    source = "Johnson2003"
-    map_title = "ΔE00 of what the eye resolves"
-    map_highest = 10.0
-
-    def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
-        """Return ΔE00 of each pixel, float32 (height, width)."""
-        white, density = viewing.cielab_white_XYZ, viewing.pixels_per_degree
-        seen = [SeenPicture(picture, density, white) for picture in (reference_XYZ, test_XYZ)]
-        return difference_map(seen[0], seen[1], white, filtered=True)
+def _wrong(name: str, kind: Any) -> str | None:
+    """Return what is wrong with what a package offers as the measure of that name."""
+    if not (isinstance(kind, type) and issubclass(kind, Measure)) or isabstract(kind):
+        return "is no Measure with all that one has"
+    if missing := [
+        what for what in ("name", "title", "unit", "better", "identical", "source") if not hasattr(kind, what)
+    ]:
+        return f"does not say its {missing[0]}"
+    if kind.name != name:
+        return f"names itself {kind.name}, not {name}"
+    if kind.better not in ("lower", "higher"):
+        return f"says that '{kind.better}' is better, neither lower nor higher"
+    try:
+        kind()
+    except Exception as error:
+        return f"cannot be made ({type(error).__name__}: {error})"
+    return None
 
 
 # In the order in which they are printed.
-_MEASURES: tuple[Measure, ...] = (
-    DeltaE2000(),
-    SCielab(),
-    SCielab1996(),
-    Flip(),
-    HdrFlip(),
-    PuSsim(),
-    PuPsnr(),
-    ColorVideoVDP(),
+MEASURES: Registry[type[Measure]] = Registry(
+    "cyclopean.measures",
+    {
+        "delta-e-2000": "stimuli.measures.difference_map:DeltaE2000",
+        "s-cielab": "stimuli.measures.scielab:SCielab",
+        "s-cielab-1996": "stimuli.measures.scielab_1996:SCielab1996",
+        "flip": "stimuli.measures.flip:Flip",
+        "hdr-flip": "stimuli.measures.flip:HdrFlip",
+        "pu-ssim": "stimuli.measures.pu_measures:PuSsim",
+        "pu-psnr": "stimuli.measures.pu_measures:PuPsnr",
+        "cvvdp": "stimuli.measures.cvvdp:ColorVideoVDP",
+    },
+    _wrong,
 )
-_BY_NAME = {measure.name: measure for measure in _MEASURES}
 
 
 def measure_names(installed_only: bool = False) -> tuple[str, ...]:
@@ -88,7 +69,7 @@ def measure_names(installed_only: bool = False) -> tuple[str, ...]:
     >>> "delta-e-2000" in measure_names()
     True
     """
-    return tuple(measure.name for measure in _MEASURES if measure.is_installed or not installed_only)
+    return tuple(name for name in MEASURES.names() if not installed_only or MEASURES[name]().is_installed)
 
 
 def measure_named(name: str) -> Measure:
@@ -108,19 +89,22 @@ def measure_named(name: str) -> Measure:
     ------
     StimulusError
         If there is none of that name, or its package is not installed.
+    ExtensionError
+        If it is another package's, and cannot be used.
 
     Examples
     --------
     >>> measure_named("s-cielab").better
     'lower'
     """
-    measure = _BY_NAME.get(name)
-    if measure is None:
-        raise StimulusError.of(f"there is no measure '{name}'", did_you_mean(name, [*_BY_NAME, "all"]))
-    if not measure.is_installed:
+    kind = MEASURES.get(name)
+    if kind is None:
+        raise StimulusError.of(f"there is no measure '{name}'", did_you_mean(name, [*MEASURES.names(), "all"]))
+    measure = kind()
+    if measure.missing:
         raise StimulusError.of(
             f"the measure '{name}' needs the package {measure.package}, which is not installed",
-            f"{_remedy(measure)}, or leave out '{name}'",
+            f"{measure.missing}, or leave out '{name}'",
         )
     return measure
 
@@ -131,14 +115,10 @@ def asked_names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(part.strip() for name in listed for part in name.split(",") if part.strip())
 
 
-def missing_package(name: str) -> str | None:
-    """Return what to type to install what the measure of that name needs; None where nothing is missing."""
-    measure = _BY_NAME[name]
-    return None if measure.is_installed else _remedy(measure)
-
-
-def _remedy(measure: Measure) -> str:
-    return f"pip install '.[{measure.extra}]'"
+def package_of(name: str) -> tuple[str, ...]:
+    """Return the remark that a measure is another package's, with its version; nothing for ours."""
+    offer = MEASURES.offer(name)
+    return () if offer is None else (f"it is of {offer.package} {version_of(offer)}",)
 
 
 def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
@@ -167,6 +147,6 @@ def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
     """
     asked = asked_names(names)
     if not asked:
-        raise StimulusError.of("no measure is named", f"choose from {', '.join(_BY_NAME)}, or all")
+        raise StimulusError.of("no measure is named", f"choose from {', '.join(MEASURES.names())}, or all")
     every = [one for name in asked for one in (measure_names(installed_only=True) if name == "all" else (name,))]
     return tuple(measure_named(name) for name in dict.fromkeys(every))

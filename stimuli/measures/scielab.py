@@ -26,6 +26,9 @@ from devices.colour import WHITE_POINTS_XYZ
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents.arrays import Floats, Floats32
 from stimuli.errors import StimulusError
+from stimuli.measures.difference_map import difference_map
+from stimuli.measures.measure import MapMeasure
+from stimuli.measures.viewing import ViewingConditions
 from stimuli.pictures.rows import Rows, over_bands
 
 if TYPE_CHECKING:
@@ -333,3 +336,23 @@ def _sampled_gaussian(sd: float) -> NDArray[np.float64]:
     reach = int(np.ceil(REACH_SD * sd))
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sd) ** 2)
     return np.asarray(kernel / kernel.sum())
+
+
+class SCielab(MapMeasure):
+    """The mean of CIEDE2000 over the pixels of both pictures as the eye resolves them."""
+
+    name = "s-cielab"
+    title = "S-CIELAB"
+    unit = "ΔE"
+    better = "lower"
+    identical = 0.0
+    source = "Johnson2003"
+    map_title = "ΔE00 of what the eye resolves"
+    map_highest = 10.0
+    symmetric = True
+
+    def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
+        """Return ΔE00 of each pixel, float32 (height, width)."""
+        white, density = viewing.cielab_white_XYZ, viewing.pixels_per_degree
+        seen = [SeenPicture(picture, density, white) for picture in (reference_XYZ, test_XYZ)]
+        return difference_map(seen[0], seen[1], white, filtered=True)

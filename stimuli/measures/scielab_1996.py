@@ -134,6 +134,7 @@ class SCielab1996(MapMeasure):
     source = "Zhang1996"
     map_title = "ΔE*ab of what the filters of 1996 leave"
     map_highest = 20.0
+    symmetric = True
 
     def __init__(self, support_deg: float = 1.0) -> None:
         self.support_deg = support_deg

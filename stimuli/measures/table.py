@@ -14,6 +14,7 @@ from documents.pages import Cell, Column, Shown, Table
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
+from stimuli.measures.registry import package_of
 from stimuli.measures.viewing import ViewingConditions
 
 
@@ -36,8 +37,9 @@ class MeasureRow(JsonResult):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was assumed of either eye, each once."""
-        return tuple(dict.fromkeys(remark for measured in self.eyes.values() for remark in measured.remarks))
+        """What was assumed of either eye, each once, and whose measure it is where it is not ours."""
+        said = dict.fromkeys(remark for measured in self.eyes.values() for remark in measured.remarks)
+        return (*said, *package_of(self.measure.name))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,6 +75,8 @@ class MeasureTable:
             for eye, measured in row.eyes.items()
             for remark in measured.remarks
         }
+        for row in self.rows:
+            remarks |= {f"{row.measure.title}: {remark}": None for remark in package_of(row.measure.name)}
         observer = self.viewing.observer
         if observer not in (None, DEFAULT_OBSERVER):
             of = f"measures of pictures are defined for {DEFAULT_OBSERVER}, and they take XYZ for {observer} here"

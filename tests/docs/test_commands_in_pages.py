@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 import pytest
 
-from analysis.kinds import KINDS
 from runner.blocks import BLOCKS
+from runner.check import REGISTRIES
 from runner.cli.main import group
 from runner.presenter import MODES
 
@@ -90,7 +90,7 @@ _FILE = re.compile(
     r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean|configs|experiments|tests|benchmarks|examples|docs|tools)"
     r"/[\w./-]*\w"
 )
-_GROUPS = {BLOCKS.group, KINDS.group}  # of entry points
+_GROUPS = {registry.group for registry in REGISTRIES}  # of entry points
 _LINK = re.compile(r"\]\(([^)#\s]*)(#[^)\s]*)?\)")
 # Made by a benchmark, in the cache folder of the user, and in a wheel only.
 _NOT_HERE = ("benchmarks/out", "cyclopean/stimuli", "runner/shipped")

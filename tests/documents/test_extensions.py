@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 
 from documents import FileModel
 from documents.extensions import Environment, ExtensionError, Registry, of_base
+from runner.check import REGISTRIES
 
 GROUP = "cyclopean.things"
 Install = Callable[..., None]
@@ -34,27 +35,6 @@ from tests.documents.test_extensions import Thing
 class Jug(Thing):
     kind: Literal["jug"]
 """
-
-
-@pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
-    """Put packages of one module beside Python's own, each with what it offers."""
-    monkeypatch.syspath_prepend(str(tmp_path / "site"))
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    before = set(sys.modules)
-
-    def put(package: str, text: str, version: str = "1.0", **offers: str) -> None:
-        facts = tmp_path / "site" / f"{package}-0.dist-info"
-        facts.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "site" / f"{package}.py").write_text(text)
-        (facts / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: {version}\n")
-        lines = [f"{name} = {package}:{attribute}" for name, attribute in offers.items()]
-        (facts / "entry_points.txt").write_text("\n".join([f"[{GROUP}]", *lines]))
-        importlib.invalidate_caches()
-
-    yield put
-    for name in set(sys.modules) - before:
-        del sys.modules[name]
 
 
 def _registry(tmp_path: Path) -> Registry[type[Thing]]:
@@ -152,3 +132,27 @@ def test_a_name_that_is_taken_is_refused(install: Install, tmp_path: Path) -> No
     assert things["cup"] is Cup
     assert things.names() == ("cup",)
     assert [problem.findings[0].message.split()[2] for problem in things.problems()] == ["pottery", "shadow"]
+
+
+@pytest.mark.parametrize("registry", REGISTRIES, ids=lambda registry: registry.group)
+def test_a_wrong_extension_of_any_group_costs_nobody_else_anything(
+    registry: Registry[Any], install: Install, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(registry, "_loaded", {})
+    first, *_ = own = registry.own()
+    wrong = {
+        "raising": "raise OSError('no such table')",
+        "elsewhere": "CYCLOPEAN_INTERFACE = 99\nJug = 1",
+        "unlike": "CYCLOPEAN_INTERFACE = 1\nJug = 1",
+    }
+    for package, text in wrong.items():
+        install(package, text, group=registry.group, **{package: "Jug"})
+        with pytest.raises(ExtensionError) as refused:
+            registry.get(package)
+        assert f"{package} 1.0" in refused.value.findings[0].message
+    install("shadow", "CYCLOPEAN_INTERFACE = 1\nJug = 1", group=registry.group, **{first: "Jug"})
+    problems = {problem.offer.package for problem in registry.problems()}
+    assert problems >= {*wrong, "shadow"}
+    assert registry.names()[: len(own)] == own
+    assert not {*wrong} & {*registry.names()}
+    assert registry[first] is not None

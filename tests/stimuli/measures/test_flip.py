@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.colour import linear_srgb_matrix
 from stimuli.errors import StimulusError
-from stimuli.measures import PicturePair, ViewingConditions, measure_named, measure_pairs, measure_pictures
+from stimuli.measures import ViewingConditions, measure_named, measure_pictures
 from stimuli.pictures import rows
 from tests.kept import known
 
@@ -104,14 +104,6 @@ def test_the_share_of_clipped_pixels_is_of_each_picture(monkeypatch: pytest.Monk
     monkeypatch.setattr(rows, "BAND_PIXELS", band_pixels)
     remarks = measure_pictures(reference, test, ["flip"], VIEWING)["flip"].eyes["both"].remarks
     assert "0 % of the reference's pixels and 25 % of the test picture's" in remarks[0]
-
-
-def test_the_inputs_stay_as_they_are() -> None:
-    reference, test = pair()
-    copies = reference.copy(), test.copy()
-    measure_pairs({"both": PicturePair(reference, test)}, ["flip", "hdr-flip"], VIEWING)
-    np.testing.assert_array_equal(reference, copies[0])
-    np.testing.assert_array_equal(test, copies[1])
 
 
 def test_nothing_heavy_is_imported_before_it_is_used() -> None:

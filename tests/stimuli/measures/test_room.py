@@ -43,13 +43,6 @@ def stereo(left: NDArray[np.float32], right: NDArray[np.float32]) -> StereoImage
     return StereoImage(left, right)
 
 
-def test_identical_pictures_have_the_value_of_identical_ones() -> None:
-    table = measure_pictures(picture(), picture(), NAMES, VIEWING)
-    for row in table.rows:
-        assert row.eyes["both"].value == row.measure.identical
-        assert row.binocular is None
-
-
 def test_pixels_that_do_not_count_change_nothing() -> None:
     one, other = picture(1), 1.05 * picture(1)
     counted = np.ones(one.shape[:2], dtype=bool)

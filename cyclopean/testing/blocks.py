@@ -1,10 +1,4 @@
-"""What proves an extension: the promises that every kind of ours keeps, tried on a kind of yours.
-
-A test of an extension is one call::
-
-    def test_it_keeps_the_promises(tmp_path):
-        prove_block("kind: same_or_different, trials: 6", tmp_path)
-"""
+"""The promises of every kind of block, tried on one: killed, resumed, replayed, simulated, reported, exported."""
 
 from __future__ import annotations
 
@@ -22,6 +16,7 @@ from analysis.records import SessionLog, read_session, session_files
 from cyclopean.answers import export_bids, report
 from cyclopean.pictures import write_picture
 from cyclopean.sessions import check
+from cyclopean.testing.promises import BrokenPromiseError, must
 from documents import InputError
 from documents.files import read_regular
 from runner.errors import SessionError
@@ -32,10 +27,6 @@ from runner.session import Backend, Event, Resumed, SceneShown, Session, Session
 
 NAMES = ("a", "b", "c", "d", "e", "f")
 """The stimuli that a proof shows; ``scene`` is beach for three and church for three, ``codec`` 1, 2, 3."""
-
-
-class BrokenPromiseError(AssertionError):
-    """A promise that an extension does not keep: which one, and what was seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,19 +83,19 @@ def prove_block(entry: str, folder: str | Path, *, cuts: int = 60, backend: Back
         raise InputError(checked.value.errors)
     whole = study.run("whole")
     told = _told(whole)
-    _must(bool(told) and not whole.pending, "a session comes to its end", "it recorded no trial, or left some")
-    _must(_told(study.run("again")) == told, "equal seeds make equal sessions", "two sessions of one seed differ")
+    must(bool(told) and not whole.pending, "a session comes to its end", "it recorded no trial, or left some")
+    must(_told(study.run("again")) == told, "equal seeds make equal sessions", "two sessions of one seed differ")
     for trial in whole.answers:
         beyond = ", ".join(sorted(study.shown[trial.place] - {*trial.stimuli}))
-        _must(not beyond, "a record names what was shown", f"that of trial {trial.place} does not name {beyond}")
+        must(not beyond, "a record names what was shown", f"that of trial {trial.place} does not name {beyond}")
     torn = list(_torn(read_regular(whole.file, 100_000_000), cuts))
     for kept in torn:
         resumed = study.goes_on(whole, kept)
-        _must(resumed == told, "it goes on where it stopped", f"cut after {len(kept)} bytes it went on otherwise")
+        must(resumed == told, "it goes on where it stopped", f"cut after {len(kept)} bytes it went on otherwise")
     again = study.resumed(whole, torn[len(torn) // 2])
     known = len(read_session(study.cut).answers)
-    _must(_told(again)[:known] == told[:known] and not again.pending, "no answer is lost", "a resumed session lost one")
-    _must(_told(study.replayed(whole)) == told, "a replay records the same", "a replay recorded other answers")
+    must(_told(again)[:known] == told[:known] and not again.pending, "no answer is lost", "a resumed session lost one")
+    must(_told(study.replayed(whole)) == told, "a replay records the same", "a replay recorded other answers")
     page = report(study.folder / "whole", output=study.folder / "report.html", with_simulated=True)
     export_bids(study.folder / "whole", folder=study.folder / "bids", with_simulated=True)
     return Proof(len(told), len(torn), page)
@@ -212,11 +203,6 @@ def _torn(log: bytes, cuts: int) -> Iterator[bytes]:
     step = max(1, len(places) // max(1, cuts))
     for place in places[::step][:cuts]:
         yield log[:place]
-
-
-def _must(holds: bool, promise: str, seen: str) -> None:
-    if not holds:
-        raise BrokenPromiseError(f"{promise}: {seen}")
 
 
 # How a trial was shown, which is not the kind's own.

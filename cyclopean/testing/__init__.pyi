@@ -1,0 +1,5 @@
+from .blocks import NAMES as NAMES
+from .blocks import Proof as Proof
+from .blocks import prove_block as prove_block
+from .measures import prove_measure as prove_measure
+from .promises import BrokenPromiseError as BrokenPromiseError
