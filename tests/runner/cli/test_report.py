@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from runner.cli.results import report_command
+from runner.cli import main
 from runner.reports.results import find_browser
 from tests.runner.cli.sessions import NAMES, write_session
 
@@ -24,7 +24,7 @@ def results(tmp_path: Path) -> Path:
 
 
 def run(*arguments: object) -> Result:
-    return CliRunner().invoke(report_command, [str(argument) for argument in arguments])
+    return CliRunner().invoke(main.group, ["report", *map(str, arguments)])
 
 
 @pytest.mark.usefixtures("undrawn")
