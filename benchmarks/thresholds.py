@@ -16,8 +16,8 @@ from curves import program, seconds, sized
 from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
-from analysis.thresholds import FUNCTIONS, Choices, QuestPlus, Staircase, fit_threshold, simulate
 from documents.arrays import Floats
+from extensions.thresholds import FUNCTIONS, Choices, QuestPlus, Staircase, fit_threshold, simulate
 
 X = np.linspace(-2, 0, 41)
 SLOPES, LAPSES = (2.0, 3.0, 4.0, 5.0), (0.0, 0.01, 0.02, 0.03, 0.04)

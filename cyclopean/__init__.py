@@ -19,7 +19,7 @@ _HERE = Path(__file__).parents[1]
 
 def _refuse_hidden() -> None:
     """Say so if a file of the user hides one of the packages that this one calls."""
-    for package in ("documents", "devices", "stimuli", "analysis", "runner"):
+    for package in ("documents", "devices", "stimuli", "analysis", "runner", "extensions"):
         spec = find_spec(package)
         places = [] if spec is None else list(spec.submodule_search_locations or [spec.origin or ""])
         if not any(Path(place).resolve() == (_HERE / package).resolve() for place in places):

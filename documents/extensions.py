@@ -59,7 +59,8 @@ class ExtensionError(InputError):
     def __init__(self, offer: Offer, what: str, remedy: str | None = None) -> None:
         self.offer, self.reason = offer, what
         message = f"the extension {offer} cannot give '{offer.name}' ({offer.group}): {what}"
-        remedy = remedy or f"mend it, or leave it out: pip uninstall {offer.package}"
+        mend = "install cyclopean anew" if offer.package == OWN else f"leave it out: pip uninstall {offer.package}"
+        remedy = remedy or f"mend it, or {mend}"
         super().__init__(Finding(message, remedy=remedy, code="extension"))
 
 
@@ -135,14 +136,15 @@ class Registry(Mapping[str, Kind]):
     """The kinds of one group by name: our own, and those that other packages offer.
 
     A name is looked up as in any mapping; one that is not known yet is looked for in the environment. To go through it
-    is to go through our own and those that were asked for: `names` looks for all.
+    is to go through the core's and those that were asked for: `names` looks for all. Our own are the core's and those of
+    our extensions, which are entry points of our distribution; where another package offers such a name, ours is used.
 
     Parameters
     ----------
     group
         The group of entry points, such as ``cyclopean.blocks``.
     own
-        Where each of our own kinds is, ``module:attribute``, by name; loaded when it is asked for.
+        Where each of the core's kinds is, ``module:attribute``, by name; loaded when it is asked for.
     fits
         Says what is wrong with a kind of a name that an extension offers; None where nothing is.
     environment
@@ -161,8 +163,9 @@ class Registry(Mapping[str, Kind]):
         self._loaded: dict[str, Kind] = {}
 
     def own(self) -> tuple[str, ...]:
-        """Return the names of our own kinds."""
-        return tuple(self._own)
+        """Return the names of our own kinds, the core's first; looks through the environment."""
+        shipped = (offer.name for offer in self._environment.all(self.group) if offer.package == OWN)
+        return tuple(dict.fromkeys([*self._own, *shipped]))
 
     def names(self) -> tuple[str, ...]:
         """Return all names, our own first; looks through the environment. What cannot be used is left out."""
@@ -185,7 +188,7 @@ class Registry(Mapping[str, Kind]):
         if name not in self._loaded:
             if name in self._own:
                 self._loaded[name] = _attribute(self._own[name])
-            elif offer := self.offer(name):
+            elif offer := self._offered(name):
                 self._loaded[name] = self._load(offer)
         return self._loaded[name]
 
@@ -203,22 +206,28 @@ class Registry(Mapping[str, Kind]):
         ExtensionError
             If several packages offer it.
         """
-        if name in self._own:
-            return None
-        offers = self._environment.named(self.group, name)
-        if len(offers) > 1:
-            raise ExtensionError(offers[0], f"{offers[1]} offers the same name", f"pip uninstall {offers[1].package}")
-        return offers[0] if offers else None
+        offer = None if name in self._own else self._offered(name)
+        return None if offer is None or offer.package == OWN else offer
 
     def problems(self) -> Iterator[ExtensionError]:
         """Yield what is wrong with each name that is offered in the environment, also where it is one of ours."""
-        for offer in {offer.name: offer for offer in self._environment.all(self.group)}.values():
+        own = self.own()
+        for offer in {
+            (offer.package == OWN, offer.name): offer for offer in self._environment.all(self.group)
+        }.values():
             try:
-                if offer.name in self._own:
+                if offer.name in own and offer.package != OWN:
                     raise ExtensionError(offer, "cyclopean has a kind of that name itself, which is used")
                 self[offer.name]
             except ExtensionError as problem:
                 yield problem
+
+    def _offered(self, name: str) -> Offer | None:
+        offers = self._environment.named(self.group, name)
+        offers = [offer for offer in offers if offer.package == OWN] or offers
+        if len(offers) > 1:
+            raise ExtensionError(offers[0], f"{offers[1]} offers the same name", f"pip uninstall {offers[1].package}")
+        return offers[0] if offers else None
 
     def _load(self, offer: Offer) -> Kind:
         module, _, attribute = offer.target.partition(":")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from analysis.records import read_results
-from analysis.thresholds import summarise_thresholds
+from extensions.thresholds import summarise_thresholds
 from runner.session import simulate
 from stimuli.pictures import StereoImage, write_exr
 

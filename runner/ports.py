@@ -256,3 +256,28 @@ class Observer(Protocol):
 
         Raises WindowClosed if there is nothing left to answer to.
         """
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What came back for an Ask: the key, what it means to the block, and the time since the scene's onset."""
+
+    key: str
+    meaning: str
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A scene to be shown for ``seconds``, to the nearest whole frame; ``what`` names it in the record."""
+
+    what: str
+    scene: Scene
+    seconds: float
+
+
+def answer(response: Response | PooledBatch | None) -> Response:
+    """Return ``response``, which the engine never leaves out after an Ask."""
+    if not isinstance(response, Response):
+        raise RuntimeError("the engine sent no response to an Ask")
+    return response

@@ -27,7 +27,7 @@ from pathlib import Path
 COMMAND = "runner.cli.main"
 SHARED = 6  # names: two declarations that share so many are one form, written twice
 KIND = re.compile(r'": "([a-z_]+(?:\.\w+)+):[A-Za-z]\w*"')  # as a registry names it
-PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
+PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "extensions", "cyclopean")
 
 
 def modules_of(root: Path) -> dict[str, Path]:

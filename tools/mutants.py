@@ -63,7 +63,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             "tests/runner/test_every_kind.py",
             "tests/runner/test_lost_logs.py",
             "tests/runner/test_recorded_sessions.py",
-            "tests/runner/test_threshold_records.py",
+            "tests/extensions/thresholds/test_records.py",
             "tests/runner/test_valid_logs.py",
         ),
     ),
@@ -76,7 +76,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("tests/runner/session", "tests/runner/test_session_machine.py", "tests/runner/test_two_writers.py"),
     ),
     "blocks": (
-        ("runner/blocks/*.py", "runner/blocks/screening/*.py"),
+        ("runner/blocks/*.py", "runner/views/*.py", "runner/blocks/screening/*.py"),
         ("tests/runner/blocks", "tests/runner/test_incomplete_pairs.py"),
     ),
     "display": (

@@ -27,7 +27,6 @@ KINDS: Registry[type[Trial]] = Registry(
         "best_of_series": "analysis.kinds.best_of_series:BestOfSeriesRecord",
         "rating": "analysis.kinds.rating:RatingRecord",
         "preference": "analysis.kinds.preference:PreferenceRecord",
-        "threshold": "analysis.kinds.threshold:ThresholdRecord",
         "questionnaire": "analysis.kinds.questionnaire:QuestionRecord",
         "screening": "analysis.kinds.screening:ScreeningRecord",
     },

@@ -1,4 +1,5 @@
 from .answered_by import Pool as Pool
+from .answered_by import WhoAnswered as WhoAnswered
 from .answered_by import pool as pool
 from .answered_by import who_answered as who_answered
 from .check import ResultsCheck as ResultsCheck
@@ -20,6 +21,7 @@ from .lines import new_header as new_header
 from .pooled_batches import PooledBatch as PooledBatch
 from .pooled_batches import wins_digest as wins_digest
 from .results import read_results as read_results
+from .results import refuse_mixtures as refuse_mixtures
 from .seal import Seal as Seal
 from .seal import SealCheck as SealCheck
 from .seal import check_seal as check_seal

@@ -7,6 +7,10 @@ from .grouped import common_names as common_names
 from .observers import observers_section as observers_section
 from .page import write_report as write_report
 from .part import Part as Part
+from .part import draws_of_means as draws_of_means
+from .references import Citations as Citations
 from .report import Report as Report
 from .series import rating_figure as rating_figure
 from .series import score_figure as score_figure
+from .words import as_words as as_words
+from .words import listed as listed

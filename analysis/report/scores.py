@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.errors import ResultsError
 from analysis.kinds.pair import PairRecord
-from analysis.kinds.threshold import ThresholdRecord
 from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
 from analysis.report.agreement import agreement_words
@@ -396,6 +395,6 @@ def first_position(whole: Answered) -> str:
     """Return the name of the first position."""
     for session in whole.sessions:
         for trial in session.trials:
-            if isinstance(trial, PairRecord | ThresholdRecord) and trial.first_position is not None:
+            if isinstance(trial, PairRecord) and trial.first_position is not None:
                 return trial.first_position
     return "first"

@@ -1,3 +1,5 @@
 from .choices import gather as gather
+from .observer_means import Estimate as Estimate
+from .observer_means import means as means
 from .summary import SeriesSummary as SeriesSummary
 from .summary import summarise_series as summarise_series

@@ -10,27 +10,16 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from documents.yaml import Natural
-from runner.blocks.block import (
-    SECONDS_PER_TRIAL,
-    Block,
-    Draft,
-    Fault,
-    Hold,
-    Steps,
-    StimulusNames,
-    answer,
-    chosen,
-    name_faults,
-)
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Steps, StimulusNames, chosen, name_faults
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.field_types import OptionalFactor
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import Pair
 from runner.blocks.pair_choice import Gain, GroupedChooser, PairChooser, shared_out
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
-from runner.blocks.pair_views import SimultaneousView, Ties
 from runner.blocks.pooled_choice import PooledChooser, pooled_batch
-from runner.ports import Ask, ChooseBatch, Compare
+from runner.ports import Ask, ChooseBatch, Compare, Hold, answer
+from runner.views.field_types import OptionalFactor
+from runner.views.pair_views import SimultaneousView, Ties
 
 Chooser = PairChooser | GroupedChooser | PooledChooser
 Grouped = tuple[tuple[str, ...], PairGroups | None]

@@ -14,31 +14,19 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from documents.yaml import Natural
-from runner.blocks.block import (
-    SECONDS_PER_TRIAL,
-    Block,
-    Draft,
-    Fault,
-    Named,
-    Response,
-    Steps,
-    StimulusNames,
-    answer,
-    chosen,
-    name_faults,
-)
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, Steps, StimulusNames, chosen, name_faults
 from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.field_types import OptionalFactor, ShortSeconds
 from runner.blocks.incomplete_pairs import designs, fewest_pairs, observers_pairs, place_of
-from runner.blocks.layout import SingleLayout
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import Pair, grouped_order, pair_order
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
-from runner.blocks.pair_views import SequenceView, SimultaneousView, Ties, gap_s, present, sequence_page
 from runner.blocks.scale import Rated, Scale, ends_of, rate, scale_faults, scales_named
-from runner.ports import Ask, Compare
+from runner.ports import Ask, Compare, Response, answer
 from runner.scene import Picture
+from runner.views.field_types import OptionalFactor, ShortSeconds
+from runner.views.layout import SingleLayout
+from runner.views.pair_views import SequenceView, SimultaneousView, Ties, gap_s, present, sequence_page
 
 _SECONDS_PER_RATING = 4.0
 

@@ -10,11 +10,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, Response, Steps, answer
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, Steps
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.field_types import Line
-from runner.blocks.interface import Interface
-from runner.blocks.layout import SingleLayout
 from runner.blocks.message import PausedKind
 from runner.blocks.orders import spaced
 from runner.blocks.scale import Rated, Scale, ends_of, rate_all, scale_faults, scales_named
@@ -28,9 +25,12 @@ from runner.blocks.series import (
     series_scene,
     series_targets,
 )
-from runner.blocks.style import Style
-from runner.ports import Ask, Browse
+from runner.ports import Ask, Browse, Response, answer
 from runner.scene import Scene
+from runner.views.field_types import Line
+from runner.views.interface import Interface
+from runner.views.layout import SingleLayout
+from runner.views.style import Style
 
 
 def usual_scale(name: str, interface: Interface) -> Scale:

@@ -13,30 +13,12 @@ from analysis.records import PooledBatch
 from documents.text import counted, did_you_mean
 from documents.yaml import FileModel
 from runner.blocks.context import BlockContext, Stimuli
-from runner.ports import Ask, ChooseBatch
-from runner.scene import Offset, Scene
+from runner.ports import Ask, ChooseBatch, Hold, Response
+from runner.scene import Offset
 from stimuli.pictures import StereoImage
 
 SECONDS_PER_TRIAL = 5.0
 LEAST_MS = 100.0  # no one reacts to a picture sooner
-
-
-@dataclass(frozen=True, slots=True)
-class Response:
-    """What came back for an Ask: the key, what it means to the block, and the time since the scene's onset."""
-
-    key: str
-    meaning: str
-    time_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Hold:
-    """A scene to be shown for ``seconds``, to the nearest whole frame; ``what`` names it in the record."""
-
-    what: str
-    scene: Scene
-    seconds: float
 
 
 class Ended(Exception):
@@ -103,13 +85,6 @@ class Block:
     pictures: Mapping[str, Callable[[], StereoImage]] = field(default_factory=dict)
     scale_ends: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
-
-
-def answer(response: Response | PooledBatch | None) -> Response:
-    """Return ``response``, which the engine never leaves out after an Ask."""
-    if not isinstance(response, Response):
-        raise RuntimeError("the engine sent no response to an Ask")
-    return response
 
 
 # Names of stimuli as a file lists them; "all" means all but the reference.

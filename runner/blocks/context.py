@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from devices.display import Rig
-from runner.blocks.layout import NO_REFERENCE, LayoutSpec, PairLayout, SingleLayout, pair_layout, single_layout
-from runner.blocks.style import Style
+from runner.views.layout import NO_REFERENCE, LayoutSpec, PairLayout, SingleLayout, pair_layout, single_layout
+from runner.views.style import Style
 
 Factors = Mapping[str, str | float]
 

@@ -10,13 +10,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from documents.yaml import FileModel, Natural
-from runner.blocks.block import Block, BlockKind, Draft, Fault, Hold, Response, Steps, answer
+from runner.blocks.block import Block, BlockKind, Draft, Fault, Steps
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.interface import ENGLISH
-from runner.blocks.message import page
 from runner.blocks.registry import AnyBlock
-from runner.blocks.style import Style
-from runner.ports import Choose, ChooseBatch
+from runner.ports import Choose, ChooseBatch, Hold, Response, answer
+from runner.views.interface import ENGLISH
+from runner.views.pages import page
+from runner.views.style import Style
 
 Feedback = Literal["none", "correctness", "choice"]
 _FEEDBACK_S = 2.0

@@ -15,14 +15,14 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from documents.yaml import Natural
-from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Hold, Steps, answer, name_faults
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Steps, name_faults
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.field_types import Line, Seconds, ShortSeconds
 from runner.blocks.message import PausedKind
 from runner.blocks.orders import spread
-from runner.blocks.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
-from runner.ports import Ask, Compare
+from runner.ports import Ask, Compare, Hold, answer
 from runner.scene import Scene
+from runner.views.field_types import Line, Seconds, ShortSeconds
+from runner.views.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
 
 View = Literal["stereo", "flat"]
 _OWN_PACE_S = 3.0

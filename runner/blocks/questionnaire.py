@@ -10,13 +10,13 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field
 
 from documents.yaml import FileModel
-from runner.blocks.block import Block, BlockKind, Draft, Fault, Response, Steps, answer
+from runner.blocks.block import Block, BlockKind, Draft, Fault, Steps
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.field_types import Label, Line
-from runner.blocks.style import Style
 from runner.blocks.text_entry import LONGEST, LONGEST_NUMBER, Number, Words, button, lines_needed, typed, written
-from runner.ports import Ask, Choose
+from runner.ports import Ask, Choose, Response, answer
 from runner.scene import Item, Scene
+from runner.views.field_types import Label, Line
+from runner.views.style import Style
 
 SECONDS_PER_QUESTION = 8.0
 NO_ANSWER = "none"

@@ -13,24 +13,14 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from documents.yaml import Natural
-from runner.blocks.block import (
-    SECONDS_PER_TRIAL,
-    Block,
-    Draft,
-    Fault,
-    Hold,
-    Named,
-    Steps,
-    StimulusNames,
-    chosen,
-    name_faults,
-)
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, Steps, StimulusNames, chosen, name_faults
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.layout import SingleLayout
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import repeated
 from runner.blocks.scale import Rated, Scale, ends_of, rate_all, scale_faults, scale_items, scales_named
+from runner.ports import Hold
 from runner.scene import Item, Picture, Scene
+from runner.views.layout import SingleLayout
 
 
 class Rating(TimedKind):

@@ -9,12 +9,12 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from documents.yaml import FileModel
-from runner.blocks.block import Fault, Named, Response, answer
-from runner.blocks.field_types import Label, Line
-from runner.blocks.layout import SingleLayout
-from runner.blocks.style import Style
-from runner.ports import Ask, Rate, Target
+from runner.blocks.block import Fault, Named
+from runner.ports import Ask, Rate, Response, Target, answer
 from runner.scene import Item, Scene, Text
+from runner.views.field_types import Label, Line
+from runner.views.layout import SingleLayout
+from runner.views.style import Style
 
 MOST_POINTS = 11
 _LINE, _END, _BESIDE = 40.0, 360.0, 118.0  # from its top to its line, its middle to either end, and for words there

@@ -12,11 +12,11 @@ from pydantic import Discriminator, Field, Tag
 from documents.yaml import FileModel
 from runner.blocks.block import Fault, Named, name_faults
 from runner.blocks.context import Stimuli, level_words
-from runner.blocks.field_types import Factor, Line
-from runner.blocks.layout import SingleLayout
-from runner.blocks.style import Style
 from runner.ports import Target
 from runner.scene import Item, Picture, Scene
+from runner.views.field_types import Factor, Line
+from runner.views.layout import SingleLayout
+from runner.views.style import Style
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,10 @@ from typing import Annotated, TypeAlias
 from pydantic import Field
 
 from documents.yaml import FileModel
-from runner.blocks.block import Response, answer
-from runner.blocks.interface import ENGLISH
-from runner.blocks.style import Style
-from runner.ports import Ask, Write
+from runner.ports import Ask, Response, Write, answer
 from runner.scene import Box, Item, Scene
+from runner.views.interface import ENGLISH
+from runner.views.style import Style
 
 Say: TypeAlias = Callable[..., str]  # the interface's words by their name
 LONGEST = 500

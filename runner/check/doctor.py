@@ -16,7 +16,6 @@ from analysis.records import SurfaceFacts
 from devices.display import Rig, panel_of_monitor
 from documents import InputError
 from documents.extensions import Registry, installed
-from runner.blocks.interface import KEYS
 from runner.blocks.registry import BLOCKS
 from runner.check.signal_path import SignalFact, examine_signal_path
 from runner.check.timing_marks import MarkLatency, measure_marks
@@ -29,11 +28,12 @@ from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import Buffer
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
+from runner.views.interface import KEYS
 from stimuli.measures import MEASURES
 
 _SIZE_PX = (640, 480)
 ANY_KEYS = (*KEYS, "escape", "backspace")
-_PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner")
+_PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "extensions")
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,7 +268,7 @@ def _extensions() -> dict[str, tuple[str, ...]]:
     known = {registry.group: list(registry.problems()) for registry in REGISTRIES}
     wrong = {problem.offer: problem.reason for problems in known.values() for problem in problems}
     told: dict[str, list[str]] = {}
-    for offer in installed():
+    for offer in dict.fromkeys([*installed(), *wrong]):
         what = f"{offer.name} ({offer.group.rpartition('.')[2]})"
         reason = wrong.get(offer) if offer.group in known else f"this version has no {offer.group}"
         told.setdefault(str(offer), []).append(f"! {what} cannot be used: {reason}" if reason else what)

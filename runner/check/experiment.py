@@ -24,7 +24,7 @@ from documents import Finding, InputError, load_document
 from documents.files import beside, read_regular, sha256_of_json
 from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
-from runner.blocks.message import CONTINUE_KEYS, pause_menu
+from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import typed
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
@@ -39,6 +39,7 @@ from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol.experiment import AnalysisSpec, Experiment, ExperimentSpec, doubts, read_experiment
 from runner.scene import Scene
 from runner.session.clipping_costs import CostCache
+from runner.views.pages import CONTINUE_KEYS
 from stimuli.build import cache_folder
 from stimuli.recipes import faults_of_inputs, read_recipe
 

@@ -11,13 +11,13 @@ from typing import Any
 from devices.compensation import NOTICED_DELTA_E_00
 from documents.text import counted
 from documents.yaml import YamlSource
-from runner.blocks.layout import SIZES_DIFFER, size_ratio
 from runner.check.error_budget import picture_budget
 from runner.check.report import CheckOptions, CheckReport
 from runner.protocol.experiment import Experiment
 from runner.session.clipping_costs import ClippingCosts
 from runner.session.earlier import changed_since_earlier
 from runner.session.picture_source import build_stimuli
+from runner.views.layout import SIZES_DIFFER, size_ratio
 from stimuli.build import StimulusSet
 
 # A share of a picture's area: an odd pixel at its edge is nothing to warn of.

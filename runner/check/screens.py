@@ -11,13 +11,14 @@ from documents.fonts import font_name, other_fonts, undrawable
 from documents.text import counted
 from documents.yaml import Path_, YamlSource
 from runner.blocks.block import Block, Draft
-from runner.blocks.message import page, pause_menu
+from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import typed
 from runner.check.report import CheckReport
 from runner.observers.simulated import walk
 from runner.presenter.lettering import Area, text_area
 from runner.protocol.experiment import Experiment
 from runner.scene import Picture, Scene, Text
+from runner.views.pages import page
 
 # More screens than show all there is to read: pages between trials come every some dozens of trials.
 _MOST_STEPS = 2_000

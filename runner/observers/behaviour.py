@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from documents.yaml import FileModel, Natural, NotNegative, Number, Positive
-from runner.blocks.field_types import Factor
+from runner.views.field_types import Factor
 
 Share = Annotated[float, Field(ge=0, le=1)]
 

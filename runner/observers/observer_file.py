@@ -9,9 +9,9 @@ from pydantic import Field
 
 from documents import Finding, load_document
 from documents.yaml import FileModel, OneOf, Positive, YamlSource
-from runner.blocks.field_types import Line
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec
+from runner.views.field_types import Line
 
 
 class PublishedSpec(FileModel):

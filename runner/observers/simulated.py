@@ -18,10 +18,10 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EyeModels
 from documents import Finding
 from documents.arrays import Floats
-from runner.blocks.block import Block, Draft, Ended, Hold, Response
+from runner.blocks.block import Block, Draft, Ended
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
-from runner.ports import Ask, Browse, Choose, ChooseBatch, Compare, KeyPress, NoOthers, Rate, Write
+from runner.ports import Ask, Browse, Choose, ChooseBatch, Compare, Hold, KeyPress, NoOthers, Rate, Response, Write
 from stimuli.pictures import StereoImage
 
 TIES = ("no_difference", "not_sure")

@@ -19,13 +19,13 @@ from documents.files import beside
 from documents.fonts import read_font
 from documents.yaml import FileModel, NotNegative, Positive
 from runner.blocks.block import Block, Fault
-from runner.blocks.interface import KEYS, LANGUAGES, PRESSES, Interface, Language, key_faults, word_faults, words_of
-from runner.blocks.style import Progress, Style
 from runner.ports import Ask
 from runner.presenter.ground import Ground, Inks, Light
 from runner.presenter.lettering import capital_share
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
+from runner.views.interface import KEYS, LANGUAGES, PRESSES, Interface, Language, key_faults, word_faults, words_of
+from runner.views.style import Progress, Style
 
 Coordinate = Annotated[float, Field(gt=0, lt=1)]
 

@@ -21,10 +21,7 @@ from documents.text import did_you_mean
 from documents.yaml import FileModel, Path_, Seed, YamlSource
 from runner.blocks.block import Block, BlockKind, Fault, Named
 from runner.blocks.context import BlockContext, Draw, Factors, Stimuli
-from runner.blocks.field_types import Line
-from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px
 from runner.blocks.registry import AnyBlock
-from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.presenter.dithering import Dithering
 from runner.presenter.ground import Ground
@@ -44,6 +41,9 @@ from runner.protocol.appearance import (
     light_faults,
 )
 from runner.scene import Offset
+from runner.views.field_types import Line
+from runner.views.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px
+from runner.views.style import Style
 from stimuli.build import other_observer
 from stimuli.pictures import Part
 from stimuli.recipes import read_recipe

@@ -16,7 +16,6 @@ from devices.compensation import Compensation, Correction, Mixture, XYZImage, cl
 from devices.display import EYES, Eye, EyeModels
 from documents.files import whole_file, writing
 from runner.blocks.block import Block, Draft
-from runner.blocks.message import page
 from runner.errors import SessionError
 from runner.observers.simulated import walk
 from runner.presenter.lettering import write
@@ -31,6 +30,7 @@ from runner.presenter.surfaces.surface import Surface
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.scene import Offset, Scene
 from runner.session.picture_source import PictureSource, Progress, build_stimuli, no_progress
+from runner.views.pages import page
 from stimuli.build import StimulusSet
 from stimuli.pictures import StereoImage
 

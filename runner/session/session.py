@@ -21,16 +21,16 @@ from typing import Any, TypeVar
 from analysis.kinds import Trial, new_trial
 from analysis.records import Mark, Note, PooledBatch, SessionLog, WindowEvent
 from documents import Finding
-from runner.blocks.block import Block, Draft, Hold, Response
+from runner.blocks.block import Block, Draft
 from runner.blocks.block import Ended as BlocksEnded
-from runner.blocks.message import page, pause_menu
-from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import typed
 from runner.errors import SessionError, SessionStoppedError
 from runner.ports import (
     MOST_IGNORED,
     Ask,
     ChooseBatch,
+    Hold,
     Holding,
     Ignored,
     KeyPress,
@@ -39,6 +39,7 @@ from runner.ports import (
     ObserverLeft,
     Pool,
     Presenter,
+    Response,
     WindowClosed,
 )
 from runner.scene import Scene
@@ -58,6 +59,8 @@ from runner.session.events import (
     SceneShown,
     Shown,
 )
+from runner.views.pages import page
+from runner.views.style import FULL_HD_HALF, Style
 
 Place = tuple[int, int]
 RecordT = TypeVar("RecordT", bound=Record)

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from documents import counted
 from documents.text import visible
-from runner.blocks.layout import PHYSICAL
 from runner.presenter.modes.registry import MODES
 from runner.studies.gather import Grouping, Member
 from runner.studies.options import Kind
 from runner.studies.plan import GAP_MM, SizePlan
 from runner.studies.screen import StudyScreen
+from runner.views.layout import PHYSICAL
 
 if TYPE_CHECKING:
     from jinja2 import Environment

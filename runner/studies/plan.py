@@ -13,9 +13,9 @@ from typing import Literal
 
 from devices.display import PanelSpec
 from documents import Finding
-from runner.blocks.layout import SIZES_DIFFER, LayoutError, LayoutSpec, pair_layout, single_layout, size_ratio
-from runner.blocks.style import Style
 from runner.presenter.modes.mode import Mode
+from runner.views.layout import SIZES_DIFFER, LayoutError, LayoutSpec, pair_layout, single_layout, size_ratio
+from runner.views.style import Style
 
 Arrangement = Literal["horizontal", "vertical"]
 Pixels = tuple[int, int]

@@ -14,7 +14,6 @@ from devices.display import AskMonitor
 from documents import Finding, InputError, counted, load_document
 from documents.files import whole_folder
 from documents.text import JsonResult, did_you_mean
-from runner.blocks.layout import NO_REFERENCE, PHYSICAL
 from runner.check import CheckOptions, check_file
 from runner.presenter import find_mode
 from runner.presenter.surfaces.screens import primary_monitor
@@ -34,6 +33,7 @@ from runner.studies.gather import Grouping, Member, by_folder, gather, groups_of
 from runner.studies.options import StudyOptions
 from runner.studies.plan import plan_sizes
 from runner.studies.screen import DISTANCE_MM, StudyScreen, nominal_screen, screen_of_file
+from runner.views.layout import NO_REFERENCE, PHYSICAL
 
 NO_SPECIAL_SCREEN = "anaglyph-red-cyan"
 WHITE_CD_M2 = 100.0

@@ -85,10 +85,10 @@ def test_the_pages_name_commands() -> None:
 # Every module, function and file that a page or a docstring names exists, and every link leads somewhere.
 
 NAMES_PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-_NAME = re.compile(r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean)(?:\.[A-Za-z_0-9]+)+")
+_NAME = re.compile(r"\b(?:documents|devices|stimuli|analysis|runner|extensions|cyclopean)(?:\.[A-Za-z_0-9]+)+")
 _FILE = re.compile(
-    r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean|configs|experiments|tests|benchmarks|examples|docs|tools)"
-    r"/[\w./-]*\w"
+    r"\b(?:documents|devices|stimuli|analysis|runner|extensions|cyclopean|configs|experiments|tests|benchmarks|examples"
+    r"|docs|tools)/[\w./-]*\w"
 )
 _GROUPS = {registry.group for registry in REGISTRIES}  # of entry points
 _LINK = re.compile(r"\]\(([^)#\s]*)(#[^)\s]*)?\)")
@@ -131,7 +131,9 @@ def test_names_exist(page: Path) -> None:
     assert not wrong, f"{page.name} names {', '.join(wrong)}"
 
 
-@pytest.mark.parametrize("package", ["documents", "devices", "stimuli", "analysis", "runner", "cyclopean"])
+@pytest.mark.parametrize(
+    "package", ["documents", "devices", "stimuli", "analysis", "runner", "extensions", "cyclopean"]
+)
 def test_names_in_docstrings_and_comments_exist(package: str) -> None:
     files = sorted((ROOT / package).rglob("*.py"))
     wrong = {str(file.relative_to(ROOT)): _wrong_names(file.read_text(encoding="utf-8")) for file in files}

@@ -106,7 +106,17 @@ def test_everything_that_the_packages_read_is_in_the_wheel(distributions: tuple[
     tracked = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, encoding="utf-8", check=False)
     if tracked.returncode:
         pytest.skip("this is no checkout of git")
-    packages = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean", "experiments", "configs")
+    packages = (
+        "documents",
+        "devices",
+        "stimuli",
+        "analysis",
+        "runner",
+        "extensions",
+        "cyclopean",
+        "experiments",
+        "configs",
+    )
     shipped = ("experiments", "configs")
     wanted = {
         f"runner/shipped/{name}" if name.startswith(shipped) else name

@@ -21,7 +21,7 @@ from packaging.utils import canonicalize_name
 from tests.kept import known
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
+PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "extensions", "cyclopean")
 FILES = sorted((ROOT / "requirements").glob("*.txt"))
 
 

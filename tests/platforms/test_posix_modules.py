@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
+PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "extensions", "cyclopean")
 
 # The libraries are imported first: on Windows they have files of their own in place of these modules.
 POSIX_MODULES = ("curses", "fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty")

@@ -20,12 +20,13 @@ from analysis.kinds import Trial
 from analysis.records import FILE_NAME, Header, Mark, Note, PooledBatch, WindowEvent, new_header
 from devices.display import Rig, read_rig
 from runner import Scene
-from runner.blocks import FULL_HD_HALF, AnyBlock, Block, BlockContext, Draft, Stimuli, Style
-from runner.blocks.layout import LayoutSpec
+from runner.blocks import AnyBlock, Block, BlockContext, Draft, Stimuli
 from runner.observers import key_for, plain_key, walk
 from runner.ports import Ask, Choose, Compare, Holding, KeyPress
 from runner.protocol import Experiment, read_experiment
 from runner.session import Ended, Event, Recorded, Recorder, Replayed, Resumed, SessionStatus
+from runner.views import FULL_HD_HALF, Style
+from runner.views.layout import LayoutSpec
 
 ROOT = Path(__file__).parents[2]
 _BOTH = "{name: gloss, question: How glossy, of: both, lowest: 1, highest: 9}"

@@ -18,11 +18,11 @@ from analysis.bootstrap.replicates import NAMES, resample_counts
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors import factor_effects
 from analysis.scaling import fit
-from analysis.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, simulate
 from benchmarks.simulated_studies import Design, coverage, decisions
 from documents.arrays import Floats
-from runner.blocks import Draft, Response, Stimuli
-from runner.ports import Ask, Choose
+from extensions.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, simulate
+from runner.blocks import Draft, Stimuli
+from runner.ports import Ask, Choose, Response
 from tests.kept import known
 from tests.runner.every_kind import met, setting
 from tests.stress.answered import answered

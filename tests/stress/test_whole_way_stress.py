@@ -17,8 +17,7 @@ from hypothesis.strategies import SearchStrategy
 from analysis.records import new_header
 from documents.yaml import read_yaml
 from runner import Scene
-from runner.blocks.interface import LANGUAGES
-from runner.blocks.message import page, pause_menu
+from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import Number, typed
 from runner.check import CheckReport
 from runner.check.screens import check_screens
@@ -28,6 +27,8 @@ from runner.protocol import read_experiment
 from runner.scene import Text
 from runner.session import Recorder
 from runner.session.folders import observer_folder, to_resume
+from runner.views.interface import LANGUAGES
+from runner.views.pages import page
 from tests.answers import altered, new_answer
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS

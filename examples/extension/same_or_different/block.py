@@ -8,9 +8,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from runner.blocks import Block, BlockContext, BlockKind, Draft, Hold, SequenceView, Steps, answer
-from runner.ports import Ask, Choose
+from runner.blocks import Block, BlockContext, BlockKind, Draft, Steps
+from runner.ports import Ask, Choose, Hold, answer
 from runner.scene import Scene
+from runner.views import SequenceView
 
 KEYS = {"s": "same", "d": "different"}
 

@@ -12,20 +12,20 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from documents import Finding
-from runner.blocks.block import Block, BlockKind, Draft, Ended, Fault, Response, Steps, answer
+from runner.blocks.block import Block, BlockKind, Draft, Ended, Fault, Steps
 from runner.blocks.context import BlockContext
-from runner.blocks.field_types import Words
-from runner.blocks.message import page
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Presentation, Screen, Series, TrialAnswers, VisionTest
-from runner.blocks.style import Style
 from runner.errors import SessionError
-from runner.ports import Ask, Choose
+from runner.ports import Ask, Choose, Response, answer
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.scene import Item, Picture, Scene
+from runner.views.field_types import Words
+from runner.views.pages import page
+from runner.views.style import Style
 from stimuli.vision_tests import SIDES
 
 KIND = "screening"

@@ -19,7 +19,7 @@ from stimuli.pictures import Rows, StereoImage, write_exr
 PICTURES = ("photograph", "rendering")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
 _GAP_MM = 10.0
-# The band of the question above the pictures (`runner.blocks.layout`), in units of Style; the share of room used.
+# The band of the question above the pictures (`runner.views.layout`), in units of Style; the share of room used.
 _QUESTION_UNITS, _SHARE = 80.0, 0.98
 
 
@@ -158,7 +158,7 @@ def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -
 
 def _layout(size_px: tuple[int, int], view_px: tuple[int, int], pitch_mm: float) -> tuple[str, tuple[float, float]]:
     """Return the arrangement of two pictures in an eye's view that shows most of them, and the size of each in mm."""
-    from runner.blocks.style import Style
+    from runner.views.style import Style
 
     words_mm = 2 * Style(view_px).px(_QUESTION_UNITS) * pitch_mm
     width_mm, height_mm = (side * pitch_mm for side in view_px)

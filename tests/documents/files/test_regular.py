@@ -284,7 +284,7 @@ def test_it_is_always_the_same_file(folders: Path) -> None:
 # Files are opened for reading in one place, which refuses pipes and devices and has limits.
 
 ROOT = Path(__file__).parents[3]
-PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
+PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "extensions", "cyclopean")
 READS = {"read_text", "read_bytes", "loadmat", "fromfile", "memmap", "loadtxt", "genfromtxt", "read_excel"}
 OPENS = {"open", "fdopen", "imread"}
 # What is read there and why it may be. Other calls of these files are looked at as those of all others.

@@ -12,7 +12,7 @@ from documents.pages import Figure, Gallery, Page, Picture, Section, page_html
 from tests.pages import INJECTED, opened, policy_of, works_and_runs_nothing
 
 ROOT = Path(__file__).parents[3]
-FLOORS = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
+FLOORS = ("documents", "devices", "stimuli", "analysis", "runner", "extensions", "cyclopean")
 HEAD = "documents/pages/templates/page.html.j2"
 # White, one pixel.
 PICTURE = (

@@ -12,8 +12,7 @@ import pytest
 from documents import InputError
 from documents.yaml import read_yaml
 from runner import Scene
-from runner.blocks import Draft, Style
-from runner.blocks.interface import Interface
+from runner.blocks import Draft
 from runner.check import CheckReport
 from runner.check.screens import check_screens
 from runner.observers import plain_key, walk
@@ -23,6 +22,8 @@ from runner.protocol import Experiment, read_experiment
 from runner.scene import Box, Text
 from runner.session import Resumed, Session
 from runner.session.header import make_header
+from runner.views import Style
+from runner.views.interface import Interface
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import Stage as Play
 

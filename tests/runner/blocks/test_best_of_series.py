@@ -11,14 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.blocks import Block, Draft, Stimuli, Style
+from runner.blocks import Block, Draft, Stimuli
 from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Choice
-from runner.blocks.layout import SingleLayout
 from runner.blocks.series import find_series, series_scene, series_targets
 from runner.observers import plain_key, walk
 from runner.ports import Ask, Browse, Rate, Target
 from runner.protocol import read_experiment
 from runner.scene import Box, Text
+from runner.views import Style
+from runner.views.layout import SingleLayout
 from tests.runner.every_kind import met, setting
 
 Study = Any  # tests/conftest.py

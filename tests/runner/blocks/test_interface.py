@@ -12,14 +12,16 @@ import pytest
 
 from documents import InputError
 from runner import Scene
-from runner.blocks import Draft, Style
-from runner.blocks.interface import ENGLISH, LANGUAGES, Interface, Language, words_of
-from runner.blocks.message import page, pause_menu
+from runner.blocks import Draft
+from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import Number, typed
 from runner.observers import walk
 from runner.ports import Ask
 from runner.presenter import coverage
 from runner.scene import Text
+from runner.views import Style
+from runner.views.interface import ENGLISH, LANGUAGES, Interface, Language, words_of
+from runner.views.pages import page
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import ROOT, VARIANTS
 
@@ -83,7 +85,7 @@ def test_no_word_of_menus_and_typed_pages_is_from_elsewhere() -> None:
     ask = next(writing)
     for key in ("backspace", "text x", "text 0", "enter"):
         scenes.append(ask.scene)
-        from runner.blocks import Response
+        from runner.ports import Response
 
         ask = writing.send(Response(key, ask.meaning(key) or "", 1.0))
     scenes.append(ask.scene)

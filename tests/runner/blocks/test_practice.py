@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from runner import Scene
-from runner.blocks import Block, BlockContext, BlockKind, Draft, Steps, answer
+from runner.blocks import Block, BlockContext, BlockKind, Draft, Steps
 from runner.blocks.practice import feedback_words
 from runner.observers import key_for, plain_key
-from runner.ports import Ask, Choose
+from runner.ports import Ask, Choose, answer
 from runner.scene import Text
 from tests.runner.every_kind import entry, setting
 

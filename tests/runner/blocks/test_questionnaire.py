@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from runner.blocks import Block, Draft, Response
+from runner.blocks import Block, Draft
 from runner.blocks.text_entry import lines_needed
-from runner.ports import Ask, Choose, Write
+from runner.ports import Ask, Choose, Response, Write
 from runner.scene import Box, Text
 from tests.runner.every_kind import met, setting
 

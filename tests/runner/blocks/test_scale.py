@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks import FULL_HD_HALF, Response, Style
-from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Rated, Scale, rate, scale_faults, scale_items, scale_targets
 from runner.observers import plain_key
-from runner.ports import Ask, Rate
+from runner.ports import Ask, Rate, Response
 from runner.scene import Box, Text
+from runner.views import FULL_HD_HALF, Style
+from runner.views.layout import SingleLayout
 
 TEN = Scale(name="similarity", question="How similar?", low_anchor="not at all", high_anchor="the same")
 SLIDER = Scale(

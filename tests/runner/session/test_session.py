@@ -12,12 +12,13 @@ import pytest
 from analysis.kinds import Trial
 from analysis.records import SessionLog
 from runner import Scene
-from runner.blocks import FULL_HD_HALF, Block
+from runner.blocks import Block
 from runner.blocks.message import pause_menu
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver, Person
 from runner.ports import Ask, Holding, KeyPress, ObserverLeft
 from runner.session import Event, Recorded, Resumed, Session
+from runner.views import FULL_HD_HALF
 from tests.runner.every_kind import HEADER, OnTrial, Stage, met, setting
 
 NAMES = ("a", "b", "c", "d", "e")

@@ -18,7 +18,7 @@ from analysis.observers import outcomes, screened, threshold_estimate
 from analysis.observers.screening import passed
 from analysis.records import SessionLog, new_header
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from runner.blocks import Block, Style
+from runner.blocks import Block
 from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.vision_test import Screen
@@ -27,6 +27,7 @@ from runner.observers import plain_key, walk
 from runner.ports import Ask, Choose, GoOn
 from runner.scene import Box, Text
 from runner.session import Resumed, Session
+from runner.views import Style
 from tests.runner.blocks.conftest import Presser
 from tests.runner.every_kind import Stage, entry
 

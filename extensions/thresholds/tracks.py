@@ -14,10 +14,10 @@ from typing import Annotated, Literal, TypeAlias
 import numpy as np
 from pydantic import Field
 
-from analysis.thresholds import FUNCTIONS, Choices, Easier, QuestPlus, Staircase, axis_of
 from documents.yaml import FileModel
-from runner.blocks.block import Fault
-from runner.blocks.threshold_ladders import Ladder
+from extensions.thresholds import FUNCTIONS, Choices, Easier, QuestPlus, Staircase, axis_of
+from extensions.thresholds.ladders import Ladder
+from runner.blocks import Fault
 
 
 @dataclass(frozen=True, slots=True)

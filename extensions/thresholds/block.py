@@ -10,28 +10,25 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from analysis.thresholds import Easier
-from runner.blocks.block import (
-    SECONDS_PER_TRIAL,
-    Block,
-    Draft,
-    Fault,
-    Hold,
-    Response,
-    Steps,
-    StimulusNames,
-    answer,
-)
-from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.field_types import Factor, Line, OptionalFactor, ShortSeconds
-from runner.blocks.layout import SingleLayout
-from runner.blocks.message import TimedKind
-from runner.blocks.pair_views import SequenceView, SimultaneousView, gap_s, present, sequence_page
-from runner.blocks.style import Style
-from runner.blocks.threshold_ladders import LEAST_LEVELS, Ladder, ladder_faults, ladders
-from runner.blocks.threshold_tracks import Asked, MethodSpec, QuestPlusSpec, Track, interleaved
-from runner.ports import Ask, Choose, Target
+from extensions.thresholds import Easier
+from extensions.thresholds.ladders import LEAST_LEVELS, Ladder, ladder_faults, ladders
+from extensions.thresholds.tracks import Asked, MethodSpec, QuestPlusSpec, Track, interleaved
+from runner.blocks import SECONDS_PER_TRIAL, Block, BlockContext, Draft, Fault, Steps, Stimuli, StimulusNames, TimedKind
+from runner.ports import Ask, Choose, Hold, Response, Target, answer
 from runner.scene import Item, Offset, Picture, Scene
+from runner.views import (
+    Factor,
+    Line,
+    OptionalFactor,
+    SequenceView,
+    ShortSeconds,
+    SimultaneousView,
+    SingleLayout,
+    Style,
+    gap_s,
+    present,
+    sequence_page,
+)
 
 ThresholdTask = Literal["yes_no", "two_intervals", "two_places"]
 FunctionName = Literal["weibull", "logistic", "normal"]

@@ -6,9 +6,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import ClassVar, Literal
 
-from analysis.kinds.fields import Count, Level, Name
-from analysis.kinds.pair import KEYS, NAMED
-from analysis.kinds.trial import TIME, ColumnWords, Session, Trial
+from analysis.kinds import KEYS, NAMED, TIME, ColumnWords, Count, Level, Name, Session, Trial
 
 YES_NO: Mapping[str, str] = MappingProxyType({"left": "yes", "pad_left": "yes", "right": "no", "pad_right": "no"})
 _PLACES = {"two_places": ("top", "left"), "two_intervals": ("interval_1",)}
@@ -21,7 +19,7 @@ class ThresholdRecord(Trial):
     description = "a stimulus at a level of a factor that follows the answers, detected or not"
     did = "detected stimuli at levels that were chosen by earlier answers"
     counted_as = ("trial at a threshold", "trials at thresholds")
-    report_part = "analysis.report.thresholds:thresholds_part"
+    report_part = "extensions.thresholds.report:thresholds_part"
     not_reported: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(("correct", "stimulus"), "follows from the other fields"),
         "first_position": "where the first picture stood",

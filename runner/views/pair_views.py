@@ -9,12 +9,11 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Literal
 
-from runner.blocks.block import Hold, Response, answer
-from runner.blocks.layout import PairLayout, SingleLayout
-from runner.blocks.message import CONTINUE_KEYS, page
-from runner.blocks.style import Style
-from runner.ports import Ask, Target
+from runner.ports import Ask, Hold, Response, Target, answer
 from runner.scene import Item, Offset, Picture, Scene, Text
+from runner.views.layout import PairLayout, SingleLayout
+from runner.views.pages import CONTINUE_KEYS, page
+from runner.views.style import Style
 
 Ties = Literal["none", "no_difference", "not_sure", "both"]
 TIES = ("no_difference", "not_sure")

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from analysis.thresholds import Staircase
+from extensions.thresholds import Staircase
 from tests.runner.test_window_pairs import answered, more_than, recorded, settle
 
 Person = Any  # tests/conftest.py

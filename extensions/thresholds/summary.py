@@ -7,15 +7,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 from analysis.errors import ResultsError
-from analysis.kinds.threshold import ThresholdRecord
-from analysis.records.answered_by import WhoAnswered, who_answered
-from analysis.records.results import refuse_mixtures
-from analysis.records.session_record import SessionLog
-from analysis.records.times import in_time
-from analysis.series.observer_means import Estimate
-from analysis.thresholds.fit import Easier, ThresholdFit, axis_of, axis_warning, fit_threshold, mean_parameter
+from analysis.records import SessionLog, WhoAnswered, in_time, refuse_mixtures, who_answered
+from analysis.series import Estimate
 from documents import Finding
 from documents.text import JsonResult
+from extensions.thresholds.fit import Easier, ThresholdFit, axis_of, axis_warning, fit_threshold, mean_parameter
+from extensions.thresholds.record import ThresholdRecord
 
 GUESSES: Mapping[str, float | None] = {"yes_no": None, "two_intervals": 0.5, "two_places": 0.5}
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.thresholds.functions import Psychometric
 from documents.arrays import Floats
+from extensions.thresholds.functions import Psychometric
 
 BEYOND = 0.5  # how far thresholds may lie beyond the levels, in ranges of them
 LOG_SPREAD = float(np.log(3.0))

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from runner.blocks.interface import ENGLISH, Interface
 from runner.ports import Target
 from runner.scene import Box, Offset, Scene, Text
+from runner.views.interface import ENGLISH, Interface
 
 Progress = Literal["none", "bar", "count"]
 TYPE = 24.0  # size of the type of a question, in units

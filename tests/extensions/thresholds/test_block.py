@@ -15,9 +15,9 @@ import pytest
 from pydantic import ValidationError
 
 from analysis.records import new_header, read_session
-from analysis.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
+from extensions.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
+from extensions.thresholds.ladders import ladders
 from runner.blocks import Block, Stimuli
-from runner.blocks.threshold_ladders import ladders
 from runner.observers import BradleyTerryObserver, key_for, plain_key
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.ports import Ask, Choose

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.kinds.threshold import ThresholdRecord
-from analysis.records.session_record import SessionLog
-from analysis.report.part import Part, draws_of_means
-from analysis.report.references import Citations
-from analysis.report.words import as_words, listed
-from analysis.thresholds.fit import ThresholdFit
-from analysis.thresholds.summary import ObserverThreshold, QuestionSummary, ThresholdSummary, summarise_thresholds
+from analysis.records import SessionLog
+from analysis.report import Citations, Part, as_words, draws_of_means, listed
 from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, Drawing, drawing, drawn, short
 from documents.pages import Block, Cell, Column, Figure, Interval, Paragraph, Section, Table
+from extensions.thresholds.fit import ThresholdFit
+from extensions.thresholds.record import ThresholdRecord
+from extensions.thresholds.summary import ObserverThreshold, QuestionSummary, ThresholdSummary, summarise_thresholds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

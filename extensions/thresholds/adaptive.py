@@ -10,9 +10,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.thresholds.functions import FUNCTIONS, Psychometric
-from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
 from documents.arrays import Floats
+from extensions.thresholds.functions import FUNCTIONS, Psychometric
+from extensions.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
 
 _THRESHOLDS, _SLOPES = 61, 9
 _RATES, _FEWER_RATES = (0.005, 0.015, 0.03, 0.06), (0.005, 0.02, 0.05)  # fewer where both rates are parameters
@@ -90,7 +90,7 @@ class QuestPlus:
     def standard(
         cls, levels: ArrayLike, *, guess: float | None = 0.5, function: Psychometric = FUNCTIONS["weibull"]
     ) -> QuestPlus:
-        """Return the method with the priors of `analysis.thresholds.priors`, for levels that rise from hard to easy.
+        """Return the method with the priors of `extensions.thresholds.priors`, for levels that rise from hard to easy.
 
         ``levels``, shape (k,), are on the axis; ``guess`` is the rate of right answers without seeing, None (yes/no)
         makes it a parameter.

@@ -13,10 +13,10 @@ from typing import Literal
 from devices.display import PanelSpec
 from documents import Finding
 from documents.yaml import FileModel, NotNegative, Positive
-from runner.blocks.field_types import Line
-from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.scene import Offset, Picture
+from runner.views.field_types import Line
+from runner.views.style import Style
 
 
 class LayoutError(SessionError):

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from analysis.thresholds import Easier
 from documents.text import counted
-from runner.blocks.block import Fault, StimulusNames, chosen, name_faults
-from runner.blocks.context import Stimuli, level_words
-from runner.blocks.pair_groups import factor_faults
+from extensions.thresholds import Easier
+from runner.blocks import Fault, Stimuli, StimulusNames, chosen, factor_faults, level_words, name_faults
 
 LEAST_LEVELS = 3  # fewer have no slope
 References = str | Mapping[str, str] | None

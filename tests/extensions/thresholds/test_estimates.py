@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from analysis.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, mean_threshold, simulate
+from extensions.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, mean_threshold, simulate
 from tests.kept import known
 
 # The fit is the plain posterior, finds what was put in, and gives no number where answers tell none.

@@ -1,7 +1,7 @@
 """Threshold and slope from answers: the posterior over a grid of parameters, with intervals of equal tails.
 
 As in [Schutt2016] all parameters are integrated over, which holds its coverage where a maximum of the likelihood sits
-at a limit. The priors are those of `analysis.thresholds.priors`, rates up to 0.2. The grid is refined where the
+at a limit. The priors are those of `extensions.thresholds.priors`, rates up to 0.2. The grid is refined where the
 posterior lies until it is fine enough.
 """
 
@@ -15,11 +15,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from analysis.series.observer_means import Estimate, means
-from analysis.thresholds.functions import FUNCTIONS, Psychometric
-from analysis.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
+from analysis.series import Estimate, means
 from documents.arrays import Floats
 from documents.text import JsonResult, counted
+from extensions.thresholds.functions import FUNCTIONS, Psychometric
+from extensions.thresholds.priors import BEYOND, LOG_SPREAD, log_slope_prior, middle_log_slope, rate_prior
 
 POINTS, RATE_POINTS = 41, 8
 _MOST_RATE = 0.2

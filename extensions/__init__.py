@@ -1,0 +1,1 @@
+"""What stands on the core's faces as another package's extension would, found through entry points."""
