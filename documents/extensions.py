@@ -136,8 +136,8 @@ class Registry(Mapping[str, Kind]):
     """The kinds of one group by name: our own, and those that other packages offer.
 
     A name is looked up as in any mapping; one that is not known yet is looked for in the environment. To go through it
-    is to go through the core's and those that were asked for: `names` looks for all. Our own are the core's and those of
-    our extensions, which are entry points of our distribution; where another package offers such a name, ours is used.
+    is to go through the core's and those that were asked for: `names` looks for all. Our own are the core's, and those
+    that our distribution has entry points for; where another package offers such a name too, ours is used.
 
     Parameters
     ----------

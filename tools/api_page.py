@@ -20,7 +20,7 @@ from pydantic import BaseModel
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 PAGE = ROOT / "docs" / "api.md"
-PACKAGES = ("cyclopean", "extensions", "runner", "analysis", "stimuli", "devices", "documents")
+PACKAGES = ("cyclopean", "runner", "analysis", "stimuli", "devices", "documents")
 _HEAD = """# What Python can call
 
 Made from the docstrings by `make api`. Begin with `cyclopean`; what it returns keeps the full result of the other

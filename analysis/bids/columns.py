@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from analysis.bids.text import escape
@@ -17,14 +18,17 @@ _DEEPEST = 6
 OTHERS = "others"
 
 
-_NAME_NO_STIMULUS = frozenset(name for record in KINDS.values() for name in record.no_stimulus)
+@cache
+def _name_no_stimulus(kinds: tuple[str, ...]) -> frozenset[str]:
+    return frozenset(name for kind in kinds for name in KINDS[kind].no_stimulus)
 
 
 def roles(data: Mapping[str, Any], stimuli: Collection[str]) -> dict[str, str]:
     """Return, for each stimulus that the trial names, the first key that does so (``first``, ``chosen``, ...)."""
     by_name: dict[str, str] = {}
+    other = _name_no_stimulus(tuple(KINDS))
     for key, value in data.items():
-        if isinstance(value, str) and value in stimuli and key not in _NAME_NO_STIMULUS:
+        if isinstance(value, str) and value in stimuli and key not in other:
             by_name.setdefault(value, key)
     return by_name
 

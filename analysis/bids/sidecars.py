@@ -23,7 +23,7 @@ _EXACT: Mapping[str, ColumnWords] = {
     "rating": ColumnWords("The observer's rating on the experiment's scale."),
     "comment": ColumnWords("What the observer wrote, with active characters escaped."),
     "disparity_arcsec": ColumnWords("Binocular disparity.", "arcsec"),
-} | {name: words for record in KINDS.values() for name, words in record.columns.items()}
+}
 _MEASURES: Mapping[str, ColumnWords] = {
     "percent_red": ColumnWords("pixels outside the range of the red channel", "%"),
     "percent_green": ColumnWords("pixels outside the range of the green channel", "%"),
@@ -160,8 +160,8 @@ def _units(column: Column) -> str | None:
 
 
 def _known(column: Column) -> ColumnWords:
-    if len(column.place) == 1 and column.place[0] in _EXACT:
-        return _EXACT[column.place[0]]
+    if len(column.place) == 1 and (words := _words(column.place[0], column.kinds)):
+        return words
     if column.place[0] == "clipping" and column.place[-1] in _MEASURES:
         measure = _MEASURES[column.place[-1]]
         between = [escape(part) for part in column.place[1:-1]]
@@ -174,6 +174,12 @@ def _known(column: Column) -> ColumnWords:
     where = ", therein ".join(f"'{escape(part)}'" for part in column.place)
     kinds = ", ".join(escape(kind) for kind in column.kinds)
     return ColumnWords(f"What is recorded under {where} by trials of the kind {kinds}.")
+
+
+def _words(name: str, kinds: Sequence[str]) -> ColumnWords | None:
+    """Return the words for a field of that name: of the kinds that have the column, of every kind, of another."""
+    records = [*(KINDS.get(kind, Trial) for kind in kinds), Trial, *KINDS.values()]
+    return next((record.columns[name] for record in records if name in record.columns), _EXACT.get(name))
 
 
 def presentation(log: SessionLog) -> dict[str, Any]:

@@ -10,12 +10,12 @@ from .kinds import new_trial as new_trial
 from .kinds import read_trial as read_trial
 from .page import PageRecord as PageRecord
 from .pair import KEYS as KEYS
-from .pair import NAMED as NAMED
 from .pair import PairRecord as PairRecord
 from .preference import PreferenceRecord as PreferenceRecord
 from .questionnaire import QuestionRecord as QuestionRecord
 from .rating import RatingRecord as RatingRecord
 from .screening import OutcomeRecord as OutcomeRecord
+from .trial import NAMED as NAMED
 from .trial import PRACTICE as PRACTICE
 from .trial import TIME as TIME
 from .trial import ColumnWords as ColumnWords

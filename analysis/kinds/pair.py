@@ -7,9 +7,8 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 from analysis.kinds.fields import Fields, Name, Whole
-from analysis.kinds.trial import ColumnWords, Rated, Session, Trial
+from analysis.kinds.trial import NAMED, ColumnWords, Rated, Session, Trial
 
-NAMED = "The stimulus is described in the session's sidecar under Stimuli."
 Answer = Literal["first", "second"]
 TIES = ("no_difference", "not_sure")
 _TIES = dict(zip("nu", TIES, strict=True))

@@ -12,6 +12,7 @@ from pydantic import ConfigDict, Field, Strict, model_validator
 from analysis.kinds.fields import Count, Event, Fields, Name, Number, Seconds, Utc
 
 PRACTICE = "practice"
+NAMED = "The stimulus is described in the session's sidecar under Stimuli."
 TIME, TIMES = "how long the answer took", "how long each rating took"
 # Where, when and in which attempt: what begins the line of a trial of any kind.
 PLACED = ("record", "block", "trial", "kind", "events", "response_time_s", "utc", "attempt")
@@ -132,6 +133,12 @@ class Trial(Fields):
     counted_as: ClassVar[tuple[str, str]] = ("", "")
     """What Methods call a trial, and several; empty where they are not counted."""
     columns: ClassVar[Mapping[str, ColumnWords]] = {
+        "stimulus": ColumnWords(f"Name of the stimulus that was shown. {NAMED}"),
+        "level": ColumnWords(
+            "Level of the factor, or of the test, at which the stimulus was shown; empty without a signal."
+        ),
+        "correct_answer": ColumnWords("The answer that would have been right."),
+        "correct": ColumnWords("Whether the answer was right, for trials with a right answer."),
         "timed": ColumnWords(
             "For each timed scene of the trial: its name, the frames requested, its duration requested and shown in "
             "milliseconds, and the frames missed."

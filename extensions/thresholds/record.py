@@ -30,14 +30,8 @@ class ThresholdRecord(Trial):
     }
 
     columns: ClassVar[Mapping[str, ColumnWords]] = {
-        "stimulus": ColumnWords(f"Name of the stimulus that was shown. {NAMED}"),
-        "level": ColumnWords(
-            "Level of the factor, or of the test, at which the stimulus was shown; empty without a signal."
-        ),
         "factor": ColumnWords("The factor of the stimuli whose threshold was measured."),
         "reference": ColumnWords(f"Name of the stimulus without a signal beside or before the other. {NAMED}"),
-        "correct_answer": ColumnWords("The answer that would have been right."),
-        "correct": ColumnWords("Whether the answer was right, for trials with a right answer."),
         "track": ColumnWords("Number of the adaptive track that chose the level, from 0; empty without a signal."),
         "track_trial": ColumnWords("Number of the trial in its track, from 0."),
         "easier": ColumnWords("Whether higher or lower levels are easier."),
