@@ -54,7 +54,8 @@ def test_workers_share_all_that_is_collected(workers: int) -> None:
     every = [ROOT / "README.md", *(ROOT / "tests").rglob("test_*.py")]
     assert sorted(path for one in shares for path in one) == sorted(p for p in every if not left_out(p, USUAL, False))
     costs = [sum(slow_files().get(path.relative_to(ROOT).as_posix(), 0.2) for path in one) for one in shares]
-    assert max(costs) < 1.2 * sum(costs) / workers
+    # A file goes to the share that its middle lies in: half of one may stick out at either end.
+    assert max(costs) < sum(costs) / workers + max(slow_files().values())
 
 
 def test_files_outside_are_no_business_of_ours(tmp_path: Path) -> None:

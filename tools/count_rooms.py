@@ -176,20 +176,25 @@ def counts_of(root: Path) -> dict[str, dict[str, int]]:
     """Return all that has a budget: the ``whole``, the lines of each ``room``, the names of each ``face``."""
     modules, faces = modules_of(root), names_through_faces(root)
     leaves = [name for name, file in modules.items() if file.name != "__init__.py"]
-    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in modules.values()]
-    classes = (isinstance(node, ast.ClassDef) for tree in trees for node in ast.walk(tree))
+    core = {name: file for name, file in modules.items() if not name.startswith("extensions")}
+    trees = {name: ast.parse(file.read_text(encoding="utf-8")) for name, file in modules.items()}
+    classes = {name: sum(isinstance(node, ast.ClassDef) for node in ast.walk(tree)) for name, tree in trees.items()}
     pages = [file for file in (root / "docs").glob("*.md") if file.name != "api.md"]
     whole = {
         "lines": lines_of(modules.values()),
         "modules": len(leaves),
-        "classes": sum(classes),
+        "classes": sum(classes.values()),
         "circles": len(circles(modules, faces)),
-        **forms_of(trees),
+        **forms_of(list(trees.values())),
         "one_importer_percent": round(100 * len(once_imported(modules, faces)) / len(leaves)),
         "test_lines": lines_of((root / "tests").rglob("*.py")),
         "test_imports_within": imports_in_tests(root, modules, faces)["inner"].total(),
         "doc_words": sum(len(file.read_text(encoding="utf-8").split()) for file in pages),
     }
+    if len(core) < len(modules):
+        whole["core_lines"] = lines_of(core.values())
+        whole["core_modules"] = sum(name in core for name in leaves)
+        whole["core_classes"] = sum(classes[name] for name in core)
     rooms: dict[str, list[Path]] = {}
     for file in modules.values():
         rooms.setdefault(room_of(file, root), []).append(file)

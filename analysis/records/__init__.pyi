@@ -2,7 +2,6 @@ from .answered_by import Pool as Pool
 from .answered_by import WhoAnswered as WhoAnswered
 from .answered_by import pool as pool
 from .answered_by import who_answered as who_answered
-from .check import ResultsCheck as ResultsCheck
 from .check import check_log as check_log
 from .check import check_results as check_results
 from .check import copy_in_mirror as copy_in_mirror
@@ -23,7 +22,6 @@ from .pooled_batches import wins_digest as wins_digest
 from .results import read_results as read_results
 from .results import refuse_mixtures as refuse_mixtures
 from .seal import Seal as Seal
-from .seal import SealCheck as SealCheck
 from .seal import check_seal as check_seal
 from .seal import read_seal as read_seal
 from .seal import write_seal as write_seal

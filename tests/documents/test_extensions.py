@@ -156,3 +156,29 @@ def test_a_wrong_extension_of_any_group_costs_nobody_else_anything(
     assert registry.names()[: len(own)] == own
     assert not {*wrong} & {*registry.names()}
     assert registry[first] is not None
+
+
+def test_a_kind_of_our_own_extensions_is_ours_wherever_it_is_offered(install: Install, tmp_path: Path) -> None:
+    install("ours_of_things", SOUND, jug="Jug")
+    install("pottery", SOUND, jug="Jug", bowl="Jug")
+    ours = tmp_path / "site" / "ours_of_things-0.dist-info" / "METADATA"
+    ours.write_text(ours.read_text().replace("ours_of_things", "cyclopean"))
+    things = _registry(tmp_path)
+    assert things.own() == ("cup", "jug")
+    assert things.offer("jug") is None
+    assert things["jug"].__module__ == "ours_of_things"
+    assert sorted(problem.offer.name for problem in things.problems()) == ["bowl", "jug"]
+
+
+def test_an_extension_of_ours_that_was_taken_out_is_named_alone(install: Install, tmp_path: Path) -> None:
+    install("ours_of_things", SOUND, jug="Jug")
+    site = tmp_path / "site"
+    facts = site / "ours_of_things-0.dist-info" / "METADATA"
+    facts.write_text(facts.read_text().replace("ours_of_things", "cyclopean"))
+    (site / "ours_of_things.py").unlink()
+    things = _registry(tmp_path)
+    assert things.names() == ("cup",)
+    with pytest.raises(ExtensionError) as error:
+        things["jug"]
+    assert "ModuleNotFoundError" in error.value.reason
+    assert "pip uninstall" not in str(error.value.findings[0].remedy)
