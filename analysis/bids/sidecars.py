@@ -178,7 +178,7 @@ def _known(column: Column) -> ColumnWords:
 
 def _words(name: str, kinds: Sequence[str]) -> ColumnWords | None:
     """Return the words for a field of that name: of the kinds that have the column, of every kind, of another."""
-    records = [*(KINDS.get(kind, Trial) for kind in kinds), Trial, *KINDS.values()]
+    records: list[type[Trial]] = [*(KINDS.get(kind, Trial) for kind in kinds), Trial, *KINDS.values()]
     return next((record.columns[name] for record in records if name in record.columns), _EXACT.get(name))
 
 
