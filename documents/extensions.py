@@ -21,14 +21,16 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar, get_args
-
-from pydantic import BaseModel
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from documents.files.atomic import write_whole
 from documents.files.cached_json import read_cached_json
 from documents.findings import Finding, InputError
 from documents.platform import user_folder
+
+if TYPE_CHECKING:
+    from click import Command
+    from pydantic import BaseModel
 
 INTERFACE = 1
 """The version of the interface: it rises when what extensions stand on changes so that old ones would fail."""
@@ -260,6 +262,12 @@ def of_base(base: type[BaseModel]) -> Callable[[str, Any], str | None]:
         return None if own == (name,) else f"names its kind {' or '.join(map(str, own)) or 'nothing'}, not {name}"
 
     return wrong
+
+
+COMMANDS: Registry[Command] = Registry(
+    "cyclopean.commands", {}, lambda name, kind: None if hasattr(kind, "make_context") else "is no command"
+)
+"""Commands of `cyclopean` beside the core's, each a command of click."""
 
 
 def installed() -> tuple[Offer, ...]:

@@ -46,11 +46,13 @@ COMMANDS = {
 }
 
 
+# Those of our extensions, which have their lines above so that the help loads nothing.
+EXTENSIONS = ("agreement",)
 # The module of a command, where it is not runner.cli.<name>.
 MODULES = {
     f"runner.cli.{name}": f"runner.cli.{module}"
     for module, names in {
-        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "agreement", "demo"),
+        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "demo"),
         "pictures": ("preview", "show", "compare"),
         "about": ("doctor", "schema", "completion", "help"),
     }.items()
@@ -75,16 +77,13 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Load a command, or return None if there is no such one."""
-        if cmd_name not in self._commands_help:
-            return None
+        if cmd_name not in self._commands_help or (not ctx.parent and cmd_name in EXTENSIONS):
+            return None if ctx.parent else _offered(cmd_name)
         module = importlib.import_module(self._package)
         if not hasattr(module, f"{cmd_name}_command"):
             module = importlib.import_module(MODULES.get(f"{self._package}.{cmd_name}", f"{self._package}.{cmd_name}"))
         command = completed(getattr(module, f"{cmd_name}_command", None) or module.command)
-        called = f"{self.name} {cmd_name}" if self.name in COMMANDS else cmd_name
-        if (examples := EXAMPLES.get(called)) and not command.epilog:
-            command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
-        return command
+        return _with_examples(command, f"{self.name} {cmd_name}" if self.name in COMMANDS else cmd_name)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Return the commands that begin so, without loading them."""
@@ -98,7 +97,7 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that ``args`` begins with; a misspelt one is refused with the nearest spelling."""
         name = click.utils.make_str(args[0])
-        if name not in self._commands_help and not name.startswith("-"):
+        if self.get_command(ctx, name) is None and not name.startswith("-"):
             from documents.text import nearest  # only now: it brings pydantic
 
             near = nearest(name, self._commands_help)
@@ -123,6 +122,20 @@ class LazyGroup(click.Group):
         """Write the commands' lines without loading them."""
         with formatter.section("Commands"):
             formatter.write_dl(list(self._commands_help.items()))
+
+
+def _with_examples(command: click.Command, called: str) -> click.Command:
+    if (examples := EXAMPLES.get(called)) and not command.epilog:
+        command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
+    return command
+
+
+def _offered(name: str) -> click.Command | None:
+    """Return the command of that name of an extension; None where nobody offers it."""
+    from documents import extensions
+
+    command = extensions.COMMANDS.get(name)
+    return None if command is None else _with_examples(completed(command), name)
 
 
 def _refuse_given_twice(command: click.Command, ctx: click.Context, args: list[str]) -> None:
