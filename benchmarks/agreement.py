@@ -26,9 +26,9 @@ from curves import in_two_processes, numbers, program, seconds, sized
 from promises import Promise, times_as_fast, worst
 from simulated_studies import Design, as_comparisons
 
-from analysis.agreement import KINDS, ObservedGroup, Predicted, agree, correlation, correlation_interval
-from analysis.agreement.observed import of_comparisons
 from analysis.bootstrap import tails
+from extensions.agreement import KINDS, ObservedGroup, Predicted, agree, correlation, correlation_interval
+from extensions.agreement.observed import of_comparisons
 
 Row = dict[str, object]
 

@@ -12,7 +12,7 @@ from tempfile import mkdtemp
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from runner.agreement import AgreementOptions, compare_with_observers
+from extensions.agreement import AgreementOptions, compare_with_observers
 from runner.session import simulate
 from stimuli.pictures import StereoImage, write_exr
 

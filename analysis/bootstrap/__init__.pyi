@@ -1,4 +1,9 @@
 from .confidence_intervals import intervals as intervals
+from .replicates import REPLICATES as REPLICATES
+from .replicates import SEED as SEED
+from .replicates import draw_observers as draw_observers
 from .replicates import resample as resample
 from .replicates import resample_groups as resample_groups
 from .stability import class_stability as class_stability
+from .stability import differing as differing
+from .tails import widened_percentiles as widened_percentiles

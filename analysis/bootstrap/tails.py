@@ -93,3 +93,10 @@ def acceleration(left_out: Floats) -> Floats:
     spread = (added**2).sum(axis=0) ** 1.5
     ratio: Floats = np.divide((added**3).sum(axis=0), 6 * spread, out=np.zeros(left_out.shape[1]), where=spread > 0)
     return ratio
+
+
+def widened_percentiles(values: Floats, observers: int, level: float) -> tuple[float, float]:
+    """Return the percentile interval of sorted values, shape (R,), at levels widened for few observers."""
+    tail = np.array([widened((1 - level) / 2, observers)])
+    column = values[:, None]
+    return float(lower(column, tail, 0)[0]), float(upper(column, 1 - tail, 0)[0])

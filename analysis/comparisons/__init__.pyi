@@ -7,6 +7,7 @@ from .comparisons import split_groups as split_groups
 from .comparisons import without_groups as without_groups
 from .session_comparisons import from_sessions as from_sessions
 from .session_comparisons import grouped_comparisons as grouped_comparisons
+from .session_comparisons import is_comparison as is_comparison
 from .session_groups import SessionGroups as SessionGroups
 from .session_groups import factors_of as factors_of
 from .sources import Coded as Coded

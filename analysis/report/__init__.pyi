@@ -1,6 +1,7 @@
 from .checklist import METHODS_ITEMS as METHODS_ITEMS
 from .described import describe as describe
 from .described import report_blocks as report_blocks
+from .estimate import MOST_ITEMS_DRAWN as MOST_ITEMS_DRAWN
 from .estimate import estimate_scores as estimate_scores
 from .factors import factors_section as factors_section
 from .grouped import common_names as common_names
@@ -12,5 +13,11 @@ from .references import Citations as Citations
 from .report import Report as Report
 from .series import rating_figure as rating_figure
 from .series import score_figure as score_figure
+from .summary import AnalysisOptions as AnalysisOptions
+from .summary import analysis_options as analysis_options
+from .summary import wilson_interval as wilson_interval
 from .words import as_words as as_words
+from .words import fixed as fixed
 from .words import listed as listed
+from .words import p_words as p_words
+from .words import percent as percent

@@ -1,3 +1,5 @@
+from .agreement import ranks as ranks
+from .choices import KIND as KIND
 from .choices import gather as gather
 from .observer_means import Estimate as Estimate
 from .observer_means import means as means

@@ -1,4 +1,4 @@
-"""Commands on results: `report`, `export`, `verify`, `seal`, `watch`, `scores`, `power`, `agreement` and `demo`."""
+"""Commands on results: `report`, `export`, `verify`, `seal`, `watch`, `scores`, `power` and `demo`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from runner.cli.output import Step, gives, say, show, tell
 
 if TYPE_CHECKING:
     from analysis.bids import About
-    from runner.agreement import AgreementOptions
     from runner.reports import PowerOptions, ReportOptions, ScoresOptions
 
 _results = click.argument("results", nargs=-1, required=True, type=PATH, metavar="RESULTS...")
@@ -260,28 +259,6 @@ def power_command(experiment: Path, options: PowerOptions, as_json: bool, step: 
         step("Simulating studies", done, of)
 
     return study_power(experiment, options, progress, lambda line: say(f"note: {line}"))
-
-
-@click.command(name="agreement", short_help="Compare measures of an experiment's pictures with its observers.")
-@_results
-@click.option(
-    "--measures",
-    required=True,
-    metavar="NAME,...",
-    help="Measures of pictures, such as delta-e-2000,flip; all for those that are installed.",
-)
-@takes("runner.agreement.AgreementOptions", leave_out={"screening", "unscreened", "most_missed"})
-@gives(work=True)
-def agreement_command(results: tuple[Path, ...], measures: str, options: AgreementOptions, step: Step) -> Any:
-    """Compare measures of an experiment's pictures with its observers.
-
-    RESULTS are folders of sessions of one experiment. Every stimulus is measured beside its photograph, as the display
-    showed both and from the distance in the record. Reported are correlations with observers' scores, how many of the
-    pairs that observers tell apart the measure puts in order, and what a limit says of the photograph's class.
-    """
-    from runner.agreement import compare_with_observers
-
-    return compare_with_observers(results, measures.split(","), options, step)
 
 
 @click.command(short_help="Repeat the thesis's second experiment with simulated observers.")

@@ -1,5 +1,6 @@
 from .comparison.options import ComparisonOptions as ComparisonOptions
 from .comparison.page import comparison_page as comparison_page
+from .comparison.report import check_page as check_page
 from .comparison.report import report_comparison as report_comparison
 from .demo import Demo as Demo
 from .demo import run_demo as run_demo
@@ -8,9 +9,11 @@ from .options import ReportOptions as ReportOptions
 from .options import ScoresOptions as ScoresOptions
 from .power import PowerStudy as PowerStudy
 from .power import study_power as study_power
+from .results import experiment_files as experiment_files
 from .results import export_results as export_results
 from .results import given_facts as given_facts
 from .results import report_results as report_results
 from .scores import Scored as Scored
 from .scores import score_table as score_table
 from .screens import preview as preview
+from .thumbnails import find_shown as find_shown

@@ -12,7 +12,9 @@ from .folders import Recorder as Recorder
 from .header import hashes as hashes
 from .options import Backend as Backend
 from .options import SessionOptions as SessionOptions
+from .picture_source import Progress as Progress
 from .picture_source import build_stimuli as build_stimuli
+from .picture_source import no_progress as no_progress
 from .run import run_session as run_session
 from .run import simulate as simulate
 from .sealing import seal_results as seal_results

@@ -13,17 +13,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import kstest
 
-from analysis.agreement import (
-    KINDS,
-    CorrelationKind,
-    ObservedGroup,
-    Predicted,
-    agree,
-    chance_of_agreement,
-    correlation,
-    correlation_interval,
-)
-from analysis.agreement.gather import of_means
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.inference import compare_models, equivalence, multiverse, pair_probabilities, pair_residuals, transitivity
 from analysis.observers import observers_in_comparisons
@@ -35,7 +24,18 @@ from analysis.scaling import score
 from benchmarks.reviewers import OBSERVERS, SPREADS, levels
 from benchmarks.simulated_studies import Design, as_comparisons
 from documents.arrays import Floats
-from tests.analysis.agreement.test_interval import contained
+from extensions.agreement import (
+    KINDS,
+    CorrelationKind,
+    ObservedGroup,
+    Predicted,
+    agree,
+    chance_of_agreement,
+    correlation,
+    correlation_interval,
+)
+from extensions.agreement.gather import of_means
+from tests.extensions.agreement.test_interval import contained
 from tests.kept import known
 from tests.stress.answered import answered
 from tests.stress.how_many import how_many

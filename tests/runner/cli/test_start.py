@@ -61,7 +61,7 @@ def test_no_heavy_library_is_imported_that_is_not_needed(study: Study, tmp_path:
     few = ("--observers", "5", "--replicates", "5")
     reader = {"numpy", "pydantic", "yaml"}
     correlate = (
-        "from analysis.agreement.correlations import KINDS, correlation\n"
+        "from extensions.agreement.correlations import KINDS, correlation\n"
         "import numpy as np\n"
         "[correlation(np.arange(5.0), np.arange(5.0), kind) for kind in KINDS]"
     )

@@ -10,7 +10,6 @@ from itertools import combinations
 import numpy as np
 from scipy.sparse import csr_array
 
-from analysis.agreement import correlation
 from analysis.bootstrap.tails import acceleration, bias_corrected
 from analysis.classes.multiplicity import two_sided_p
 from analysis.comparisons import Answer, from_answers
@@ -18,6 +17,7 @@ from analysis.scaling import Model, Probit, fit, fit_model
 from analysis.scaling.fitting import fit_sparse
 from analysis.scaling.laws import Davidson, Law, Logistic, RaoKupper, iso_20462_jnd
 from documents.arrays import Floats
+from extensions.agreement import correlation
 from stimuli.align import homography_from_points
 from stimuli.errors import StimulusError
 from stimuli.measures.scielab import gaussian_kernel

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.series.agreement import ranks
+from analysis.series import ranks
 from documents.arrays import Floats
 
 CorrelationKind = Literal["pearson", "spearman", "kendall"]

@@ -42,7 +42,7 @@ class AgreementOptions:
 
     photographs: Annotated[tuple[str, ...], Typed("--photograph", "STIMULUS")] = ()
     limits: Annotated[
-        Mapping[str, float], Typed("--limit", "MEASURE=VALUE", read="runner.agreement.options.limit_of")
+        Mapping[str, float], Typed("--limit", "MEASURE=VALUE", read="extensions.agreement.options.limit_of")
     ] = field(default_factory=dict)
     task: Annotated[str | None, Typed(metavar="TASK")] = None
     rule: Filter = field(default_factory=Filter)

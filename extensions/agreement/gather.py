@@ -7,21 +7,18 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from analysis.agreement.observed import Drawn, ObservedGroup, observed_pairs
-from analysis.bootstrap.replicates import REPLICATES, SEED, draw_observers
+from analysis.bootstrap import REPLICATES, SEED, draw_observers
 from analysis.choices import Adjust
-from analysis.classes.classes import TIED
-from analysis.classes.multiplicity import corrected, two_sided_p
+from analysis.classes import TIED, corrected, two_sided_p
 from analysis.errors import ResultsError
-from analysis.ratings.ratings import rating_tables
-from analysis.records.results import refuse_mixtures
-from analysis.records.session_record import SessionLog
-from analysis.report.estimate import MOST_ITEMS_DRAWN
-from analysis.report.summary import AnalysisOptions, analysis_options
-from analysis.series.choices import KIND as SERIES
-from analysis.series.choices import gather
+from analysis.ratings import rating_tables
+from analysis.records import SessionLog, refuse_mixtures
+from analysis.report import MOST_ITEMS_DRAWN, AnalysisOptions, analysis_options
+from analysis.series import KIND as SERIES
+from analysis.series import gather
 from documents import Finding
 from documents.arrays import Flags, Floats
+from extensions.agreement.observed import Drawn, ObservedGroup, observed_pairs
 
 _BLOCK_NUMBERS = 4_000_000
 

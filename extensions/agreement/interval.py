@@ -20,8 +20,8 @@ from typing import Protocol
 
 import numpy as np
 
-from analysis.agreement.correlations import CorrelationKind, correlation, direction
 from documents.arrays import Floats
+from extensions.agreement.correlations import CorrelationKind, correlation, direction
 
 SEED = 2016
 # Halvings of a whole turn: ends are then known to 0.01 degrees.

@@ -14,11 +14,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.agreement.observed import ObservedGroup
-from analysis.agreement.pairs import LEAST_DRAWS, widened_percentiles
-from analysis.report.summary import wilson_interval
+from analysis.bootstrap import widened_percentiles
+from analysis.report import wilson_interval
 from documents.arrays import Flags, Floats
 from documents.text import JsonResult
+from extensions.agreement.observed import ObservedGroup
+from extensions.agreement.pairs import LEAST_DRAWS
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,8 @@ from analysis.errors import ResultsError
 from analysis.records import Header, SessionLog
 from devices.display import DisplayModel, pixels_per_degree
 from documents import Finding
-from runner.protocol.experiment import Experiment
-from runner.reports.results import experiment_files
-from runner.reports.thumbnails import find_shown
+from runner.protocol import Experiment
+from runner.reports import experiment_files, find_shown
 from stimuli.build import StimulusSet, find_cached
 from stimuli.errors import StimulusError
 from stimuli.measures import MeasureRow, ViewingConditions, measure_pictures

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.agreement.chance import Orders, Statistic, chance_of_agreement, least_p
-from analysis.agreement.correlations import KINDS, TIED, CorrelationKind, correlation, mean_ranks
-from analysis.agreement.interval import Observed, mean_interval
-from analysis.agreement.limits import calibrate
-from analysis.agreement.observed import ObservedGroup, check_sizes
-from analysis.agreement.pairs import pair_accuracy
-from analysis.agreement.result import Agreement, Correlation, Decision, GroupResult, MeasureResult, Predicted
-from analysis.classes.multiplicity import holm
+from analysis.classes import holm
 from documents.arrays import Floats
+from extensions.agreement.chance import Orders, Statistic, chance_of_agreement, least_p
+from extensions.agreement.correlations import KINDS, TIED, CorrelationKind, correlation, mean_ranks
+from extensions.agreement.interval import Observed, mean_interval
+from extensions.agreement.limits import calibrate
+from extensions.agreement.observed import ObservedGroup, check_sizes
+from extensions.agreement.pairs import pair_accuracy
+from extensions.agreement.result import Agreement, Correlation, Decision, GroupResult, MeasureResult, Predicted
 
 FEWEST = 3
 VERDICT_BY: CorrelationKind = "spearman"

@@ -11,14 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.bootstrap.replicates import resample
-from analysis.bootstrap.stability import differing
-from analysis.comparisons.comparisons import Comparisons, split_groups
-from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison
+from analysis.bootstrap import differing, resample
+from analysis.comparisons import Comparisons, grouped_comparisons, is_comparison, split_groups
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog
-from analysis.report.estimate import MOST_ITEMS_DRAWN, estimate_scores
-from analysis.report.summary import AnalysisOptions
+from analysis.records import SessionLog
+from analysis.report import MOST_ITEMS_DRAWN, AnalysisOptions, estimate_scores
 from documents import Finding
 from documents.arrays import Flags, Floats
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from runner.agreement.compare import LIMITS
+from extensions.agreement.compare import LIMITS
 from runner.session import simulate
 from stimuli.comparison.verdict import Limits
 from stimuli.pictures import StereoImage, write_exr

@@ -9,16 +9,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from analysis.agreement import (
-    Agreement,
-    ObservedGroup,
-    Predicted,
-    agree,
-    agreement_blocks,
-    observed_groups,
-    write_agreement_csv,
-    write_agreement_page,
-)
 from analysis.comparisons import factors_of
 from analysis.errors import ResultsError
 from analysis.observers import keep
@@ -27,10 +17,15 @@ from documents import Finding, WorkError, did_you_mean
 from documents.files import writing
 from documents.pages import Block
 from documents.text import JsonResult
-from runner.agreement.options import AgreementOptions
-from runner.agreement.shown import ShownPictures, shown_pictures
-from runner.reports.comparison.report import check_page
-from runner.session.picture_source import Progress, no_progress
+from extensions.agreement.comparison import agree
+from extensions.agreement.gather import observed_groups
+from extensions.agreement.observed import ObservedGroup
+from extensions.agreement.options import AgreementOptions
+from extensions.agreement.page import agreement_blocks, write_agreement_csv, write_agreement_page
+from extensions.agreement.result import Agreement, Predicted
+from extensions.agreement.shown import ShownPictures, shown_pictures
+from runner.reports import check_page
+from runner.session import Progress, no_progress
 from stimuli.measures import MeasureRow, measures_named, package_of
 
 # The limit of `cyclopean compare` for car paint, thesis Section 5.5.

@@ -4,14 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from analysis.agreement.comparison import VERDICT_BY
-from analysis.agreement.correlations import KINDS
-from analysis.agreement.figures import draw_limits, draw_scores, score_intervals
-from analysis.agreement.limits import LimitCheck, LimitTable, Proportion
-from analysis.agreement.pairs import PairAccuracy
-from analysis.agreement.result import Agreement, Correlation, GroupResult, MeasureResult, same_class
-from analysis.records.lines import Header
-from analysis.report.words import fixed, p_words, percent
+from analysis.records import Header
+from analysis.report import fixed, p_words, percent
 from documents import counted
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import (
@@ -30,6 +24,12 @@ from documents.pages import (
     write_page,
 )
 from documents.text import finite
+from extensions.agreement.comparison import VERDICT_BY
+from extensions.agreement.correlations import KINDS
+from extensions.agreement.figures import draw_limits, draw_scores, score_intervals
+from extensions.agreement.limits import LimitCheck, LimitTable, Proportion
+from extensions.agreement.pairs import PairAccuracy
+from extensions.agreement.result import Agreement, Correlation, GroupResult, MeasureResult, same_class
 
 
 def verdict(result: MeasureResult, agreement: Agreement) -> str:
@@ -164,7 +164,7 @@ def write_agreement_page(agreement: Agreement, header: Header, output: Path, fac
     >>> import tempfile
     >>> import numpy as np
     >>> from analysis.records import new_header
-    >>> from analysis.agreement import ObservedGroup, Predicted, agree
+    >>> from extensions.agreement import ObservedGroup, Predicted, agree
     >>> group = ObservedGroup("", "ratings", "points", tuple("abcd"), np.arange(4.0), np.eye(4) < 1, 1, None)
     >>> found = agree([group], ["photo"], [Predicted("blur", "Blur", "px", "lower", (np.arange(4.0),))])
     >>> header = new_header("plates", "01", "s1", "2026-01-31T09:30:00Z", seed=1)
@@ -209,7 +209,7 @@ def write_agreement_csv(agreement: Agreement, folder: Path) -> tuple[Path, ...]:
     --------
     >>> import tempfile
     >>> import numpy as np
-    >>> from analysis.agreement import ObservedGroup, Predicted, agree
+    >>> from extensions.agreement import ObservedGroup, Predicted, agree
     >>> group = ObservedGroup("", "ratings", "points", tuple("abcd"), np.arange(4.0), np.eye(4) < 1, 1, None)
     >>> found = agree([group], ["photo"], [Predicted("blur", "Blur", "px", "lower", (np.arange(4.0),))])
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -230,7 +230,7 @@ def agreement_blocks(agreement: Agreement) -> tuple[Block, ...]:
     Examples
     --------
     >>> import numpy as np
-    >>> from analysis.agreement import ObservedGroup, Predicted, agree
+    >>> from extensions.agreement import ObservedGroup, Predicted, agree
     >>> group = ObservedGroup("", "ratings", "points", tuple("abcd"), np.arange(4.0), np.eye(4) < 1, 1, None)
     >>> noise = Predicted("noise", "Noise", "", "lower", (np.arange(4.0)[::-1],))
     >>> "Noise agrees with observers" in agreement_blocks(agree([group], ["photo"], [noise]))[2].text

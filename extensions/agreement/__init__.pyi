@@ -1,4 +1,6 @@
 from .chance import chance_of_agreement as chance_of_agreement
+from .compare import WrittenAgreement as WrittenAgreement
+from .compare import compare_with_observers as compare_with_observers
 from .comparison import agree as agree
 from .correlations import KINDS as KINDS
 from .correlations import CorrelationKind as CorrelationKind
@@ -9,6 +11,7 @@ from .limits import LimitCheck as LimitCheck
 from .limits import calibrate as calibrate
 from .observed import Drawn as Drawn
 from .observed import ObservedGroup as ObservedGroup
+from .options import AgreementOptions as AgreementOptions
 from .page import agreement_blocks as agreement_blocks
 from .page import write_agreement_csv as write_agreement_csv
 from .page import write_agreement_page as write_agreement_page

@@ -10,7 +10,15 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.agreement import (
+from analysis.bootstrap import resample
+from analysis.comparisons import from_sessions
+from analysis.errors import ResultsError
+from analysis.kinds import Trial
+from analysis.records import SessionLog, new_header
+from analysis.report.summary import summarise
+from documents.arrays import Floats
+from documents.pages import Heading, Paragraph
+from extensions.agreement import (
     Drawn,
     ObservedGroup,
     Predicted,
@@ -22,16 +30,8 @@ from analysis.agreement import (
     write_agreement_csv,
     write_agreement_page,
 )
-from analysis.agreement.gather import differing_means, of_means
-from analysis.agreement.limits import best_limits
-from analysis.bootstrap import resample
-from analysis.comparisons import from_sessions
-from analysis.errors import ResultsError
-from analysis.kinds import Trial
-from analysis.records import SessionLog, new_header
-from analysis.report.summary import summarise
-from documents.arrays import Floats
-from documents.pages import Heading, Paragraph
+from extensions.agreement.gather import differing_means, of_means
+from extensions.agreement.limits import best_limits
 from tests.answers import new_answer
 from tests.kept import known
 from tests.pages import policy_of

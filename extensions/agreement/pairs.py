@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.agreement.chance import Orders, Statistic, chance_of_agreement
-from analysis.agreement.correlations import signs
-from analysis.agreement.observed import ObservedGroup
-from analysis.bootstrap import tails
+from analysis.bootstrap import widened_percentiles
 from documents.arrays import Floats
 from documents.text import JsonResult
+from extensions.agreement.chance import Orders, Statistic, chance_of_agreement
+from extensions.agreement.correlations import signs
+from extensions.agreement.observed import ObservedGroup
 
 # An interval needs a pair that is told apart in this share of the bootstrap samples.
 LEAST_DRAWS = 0.75
@@ -109,10 +109,3 @@ def _interval(
     if len(shares) < LEAST_DRAWS * count:
         return None, None
     return widened_percentiles(shares, min(group.observers for group in groups), level)
-
-
-def widened_percentiles(values: Floats, observers: int, level: float) -> tuple[float, float]:
-    """Return the percentile interval of sorted values, shape (R,), at levels widened for few observers."""
-    tail = np.array([tails.widened((1 - level) / 2, observers)])
-    column = values[:, None]
-    return float(tails.lower(column, tail, 0)[0]), float(tails.upper(column, 1 - tail, 0)[0])

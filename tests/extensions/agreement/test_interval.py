@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.agreement import KINDS, CorrelationKind, chance, chance_of_agreement, correlation, correlation_interval
-from analysis.agreement.chance import least_p
-from analysis.agreement.correlations import direction, mean_ranks
-from analysis.agreement.interval import Observed, mean_interval
 from documents.arrays import Floats
+from extensions.agreement import KINDS, CorrelationKind, chance, chance_of_agreement, correlation, correlation_interval
+from extensions.agreement.chance import least_p
+from extensions.agreement.correlations import direction, mean_ranks
+from extensions.agreement.interval import Observed, mean_interval
 from tests.choice import nightly
 
 

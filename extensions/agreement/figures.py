@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.agreement.limits import LimitCheck
-from analysis.agreement.pairs import widened_percentiles
-from analysis.agreement.result import Agreement, MeasureResult, same_class
+from analysis.bootstrap import widened_percentiles
 from documents.figures import DEEP, FAINT, INK, Drawing, drawing, drawn, short
+from extensions.agreement.limits import LimitCheck
+from extensions.agreement.result import Agreement, MeasureResult, same_class
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

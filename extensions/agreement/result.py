@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar, Literal
 
-from analysis.agreement.correlations import CorrelationKind
-from analysis.agreement.limits import LimitCheck
-from analysis.agreement.observed import ObservedGroup
-from analysis.agreement.pairs import PairAccuracy
 from documents.arrays import Floats
 from documents.text import JsonResult, finite
+from extensions.agreement.correlations import CorrelationKind
+from extensions.agreement.limits import LimitCheck
+from extensions.agreement.observed import ObservedGroup
+from extensions.agreement.pairs import PairAccuracy
 
 Decision = Literal["agrees", "not shown", "cannot be said"]
 
