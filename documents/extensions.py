@@ -29,7 +29,6 @@ from documents.findings import Finding, InputError
 from documents.platform import user_folder
 
 if TYPE_CHECKING:
-    from click import Command
     from pydantic import BaseModel
 
 INTERFACE = 1
@@ -262,12 +261,6 @@ def of_base(base: type[BaseModel]) -> Callable[[str, Any], str | None]:
         return None if own == (name,) else f"names its kind {' or '.join(map(str, own)) or 'nothing'}, not {name}"
 
     return wrong
-
-
-COMMANDS: Registry[Command] = Registry(
-    "cyclopean.commands", {}, lambda name, kind: None if hasattr(kind, "make_context") else "is no command"
-)
-"""Commands of `cyclopean` beside the core's, each a command of click."""
 
 
 def installed() -> tuple[Offer, ...]:

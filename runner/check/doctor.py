@@ -19,6 +19,7 @@ from documents.extensions import Registry, installed
 from runner.blocks.registry import BLOCKS
 from runner.check.signal_path import SignalFact, examine_signal_path
 from runner.check.timing_marks import MarkLatency, measure_marks
+from runner.commands import commands
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, available
@@ -260,7 +261,7 @@ def _package(name: str) -> PackageReport:
 
 
 # Of each group of entry points that other packages can add to.
-REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, MEASURES)
+REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, MEASURES, commands())
 
 
 def _extensions() -> dict[str, tuple[str, ...]]:

@@ -111,3 +111,10 @@ def help_command(ctx: click.Context, words: tuple[str, ...]) -> None:
             raise click.UsageError(f"There is no command '{word}'.", here)
         here = click.Context(below, info_name=word, parent=here)
     tell([here.get_help()])
+    if not words:
+        from documents.extensions import installed
+        from runner.commands import commands
+
+        offers = [offer for offer in installed() if offer.group == commands().group]
+        tell(["\nCommands of other packages:"] if offers else [])
+        tell(f"  {offer.name}  of {offer}" for offer in offers)

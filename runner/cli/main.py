@@ -18,55 +18,16 @@ from documents.blas_threads import prefer_one_blas_thread
 from runner.cli.examples import EXAMPLES
 from runner.cli.options import completed
 from runner.cli.output import count_from_here, say
-
-# The text is a command's line in the group's help.
-COMMANDS = {
-    "new": "Write a study of your own pictures, ready to run.",
-    "check": "Check an experiment file and everything it names.",
-    "run": "Run a session with an observer.",
-    "watch": "Show the sessions that are running, on this station and others.",
-    "report": "Write an HTML report on the results of one experiment.",
-    "export": "Write results as a BIDS dataset.",
-    "verify": "Check that results are as they were recorded.",
-    "seal": "Write down the SHA-256 of every file of results.",
-    "scores": "Fit scores and perceptual classes to a table of paired comparisons.",
-    "power": "Find how many observers an experiment needs, by simulated studies.",
-    "preview": "Write what each eye sees in every trial, as PNG.",
-    "display": "Measure a display, fit a model to it, and check both.",
-    "camera": "Fit a camera to a colour chart, develop its photographs, and plan how finely it sees.",
-    "compare": "Compare a rendering with a photograph, and report whether it is validated.",
-    "agreement": "Compare measures of an experiment's pictures with its observers.",
-    "stimuli": "Build stimuli from photographs, other pictures or computed plates, and measure them.",
-    "show": "Show one stereo image with the display's response inverted.",
-    "demo": "Repeat the thesis's second experiment with simulated observers.",
-    "doctor": "Report what this machine can do.",
-    "schema": "Print the JSON Schema of a file that you write.",
-    "completion": "Print what makes a shell complete commands at Tab.",
-    "help": "Print the help text of a command.",
-}
-
-
-# Those of our extensions, which have their lines above so that the help loads nothing.
-EXTENSIONS = ("agreement",)
-# The module of a command, where it is not runner.cli.<name>.
-MODULES = {
-    f"runner.cli.{name}": f"runner.cli.{module}"
-    for module, names in {
-        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "demo"),
-        "pictures": ("preview", "show", "compare"),
-        "about": ("doctor", "schema", "completion", "help"),
-    }.items()
-    for name in names
-}
+from runner.commands import COMMANDS, OURS, commands
 
 
 class LazyGroup(click.Group):
-    """Commands by name, each the ``NAME_command`` of the module of its name in ``package``, or of that itself.
+    """Commands by name: those of `runner.commands`, or for a group within each the ``NAME_command`` of its ``package``.
 
     ``commands_help`` gives each command's line in the help.
     """
 
-    def __init__(self, *args: Any, package: str, commands_help: Mapping[str, str], **kwargs: Any) -> None:
+    def __init__(self, *args: Any, commands_help: Mapping[str, str], package: str = "", **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._package = package
         self._commands_help = commands_help
@@ -77,13 +38,12 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Load a command, or return None if there is no such one."""
-        if cmd_name not in self._commands_help or (not ctx.parent and cmd_name in EXTENSIONS):
-            return None if ctx.parent else _offered(cmd_name)
-        module = importlib.import_module(self._package)
-        if not hasattr(module, f"{cmd_name}_command"):
-            module = importlib.import_module(MODULES.get(f"{self._package}.{cmd_name}", f"{self._package}.{cmd_name}"))
-        command = completed(getattr(module, f"{cmd_name}_command", None) or module.command)
-        return _with_examples(command, f"{self.name} {cmd_name}" if self.name in COMMANDS else cmd_name)
+        if self._commands_help is COMMANDS:
+            return _of_all(cmd_name)
+        if cmd_name not in self._commands_help:
+            return None
+        command: click.Command = getattr(importlib.import_module(self._package), f"{cmd_name}_command")
+        return _with_examples(completed(command), f"{self.name} {cmd_name}")
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Return the commands that begin so, without loading them."""
@@ -97,7 +57,7 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that ``args`` begins with; a misspelt one is refused with the nearest spelling."""
         name = click.utils.make_str(args[0])
-        if self.get_command(ctx, name) is None and not name.startswith("-"):
+        if not name.startswith("-") and self.get_command(ctx, name) is None:
             from documents.text import nearest  # only now: it brings pydantic
 
             near = nearest(name, self._commands_help)
@@ -130,11 +90,13 @@ def _with_examples(command: click.Command, called: str) -> click.Command:
     return command
 
 
-def _offered(name: str) -> click.Command | None:
-    """Return the command of that name of an extension; None where nobody offers it."""
-    from documents import extensions
-
-    command = extensions.COMMANDS.get(name)
+def _of_all(name: str) -> click.Command | None:
+    """Return the command of that name, ours or an extension's; None where nobody offers it."""
+    if target := OURS.get(name):
+        module, _, attribute = target.partition(":")
+        command: click.Command | None = getattr(importlib.import_module(module), attribute)
+    else:
+        command = commands().get(name)
     return None if command is None else _with_examples(completed(command), name)
 
 
@@ -161,7 +123,6 @@ def _say_version(context: click.Context, option: click.Parameter, asked: bool) -
 
 @click.group(
     cls=LazyGroup,
-    package="runner.cli",
     commands_help=COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )

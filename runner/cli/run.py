@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     help="Take notes and marks in this terminal during the session. Default: if a person answers.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def command(
+def run_command(
     experiment: Path,
     observer: str,
     console: bool | None,

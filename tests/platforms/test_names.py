@@ -25,7 +25,8 @@ from devices.readings.ti3 import write_ti3
 from documents import InputError
 from documents.files import looked_for, no_file_name, with_slashes
 from documents.yaml import parse_yaml
-from runner.cli.main import COMMANDS, main
+from runner.cli.main import main
+from runner.commands import COMMANDS
 from runner.protocol import KINDS, read_experiment
 from runner.session.folders import observer_folder
 from stimuli.recipes import read_recipe

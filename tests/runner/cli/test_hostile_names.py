@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from documents.text import hidden_character
-from runner.cli.main import COMMANDS
+from runner.commands import COMMANDS
 from runner.session import simulate
 from tests.choice import nightly
 

@@ -8,7 +8,8 @@ import sys
 import pytest
 from click.testing import CliRunner
 
-from runner.cli.main import COMMANDS, group
+from runner.cli.main import group
+from runner.commands import COMMANDS
 
 
 def test_every_command_s_line_in_the_group_is_its_own_short_help() -> None:

@@ -351,7 +351,7 @@ def _person(study: Study, monkeypatch: pytest.MonkeyPatch, answer: str | None, *
     """Run `run --observer 88` as for a person who would not sit: what is asked is read, and no window opens."""
     from click.testing import CliRunner
 
-    from runner.cli.run import command
+    from runner.cli.run import run_command as command
     from runner.session.station import Station
 
     def never(*_: Any, **__: Any) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from analysis.records import read_session, session_files
 from devices.display import EyeModels, read_display
-from runner.cli.run import command
+from runner.cli.run import run_command as command
 from runner.errors import SessionError
 from runner.observers.simulated import mean_delta_e_00
 from stimuli.pictures import StereoImage, write_exr

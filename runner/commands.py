@@ -1,0 +1,59 @@
+"""The commands of `cyclopean` by name: ours, with their lines in the help, and those that other packages add."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from click import Command
+
+    from documents.extensions import Registry
+
+# The text is a command's line in the group's help.
+COMMANDS = {
+    "new": "Write a study of your own pictures, ready to run.",
+    "check": "Check an experiment file and everything it names.",
+    "run": "Run a session with an observer.",
+    "watch": "Show the sessions that are running, on this station and others.",
+    "report": "Write an HTML report on the results of one experiment.",
+    "export": "Write results as a BIDS dataset.",
+    "verify": "Check that results are as they were recorded.",
+    "seal": "Write down the SHA-256 of every file of results.",
+    "scores": "Fit scores and perceptual classes to a table of paired comparisons.",
+    "power": "Find how many observers an experiment needs, by simulated studies.",
+    "preview": "Write what each eye sees in every trial, as PNG.",
+    "display": "Measure a display, fit a model to it, and check both.",
+    "camera": "Fit a camera to a colour chart, develop its photographs, and plan how finely it sees.",
+    "compare": "Compare a rendering with a photograph, and report whether it is validated.",
+    "agreement": "Compare measures of an experiment's pictures with its observers.",
+    "stimuli": "Build stimuli from photographs, other pictures or computed plates, and measure them.",
+    "show": "Show one stereo image with the display's response inverted.",
+    "demo": "Repeat the thesis's second experiment with simulated observers.",
+    "doctor": "Report what this machine can do.",
+    "schema": "Print the JSON Schema of a file that you write.",
+    "completion": "Print what makes a shell complete commands at Tab.",
+    "help": "Print the help text of a command.",
+}
+# Where each is; those that are not here are our extensions', which have a line above so that the help loads nothing.
+OURS = {
+    name: f"runner.cli.{module}:{name}_command"
+    for module, names in {
+        "about": ("doctor", "schema", "completion", "help"),
+        "pictures": ("preview", "show", "compare"),
+        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "demo"),
+        **{name: (name,) for name in ("new", "check", "run", "display", "camera", "stimuli")},
+    }.items()
+    for name in names
+}
+
+
+@cache
+def commands() -> Registry[Command]:
+    """Return the commands by name, those of other packages too."""
+    from documents.extensions import Registry
+
+    def wrong(name: str, command: Any) -> str | None:
+        return None if hasattr(command, "make_context") else "is no command of click"
+
+    return Registry("cyclopean.commands", OURS, wrong)
