@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -70,3 +72,36 @@ def test_a_value_given_twice_is_refused(words: tuple[str, ...], option: str) -> 
 def test_what_may_be_repeated_is_not_refused() -> None:
     words = ("power", "missing.yaml", "--pair", "a", "b", "--pair", "b", "c", "--json", "--json")
     assert "twice" not in CliRunner().invoke(group, words).output
+
+
+TOOL = """
+CYCLOPEAN_INTERFACE = 1
+import click
+
+@click.command()
+@click.option("--size", default=1)
+def jug(size): click.echo(f"a jug of {size}")
+"""
+
+
+def test_a_command_of_another_package_runs_and_is_listed_and_takes_none_of_ours(tmp_path: Path) -> None:
+    facts = tmp_path / "pottery-1.0.dist-info"
+    facts.mkdir()
+    (tmp_path / "pottery.py").write_text(TOOL)
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: pottery\nVersion: 1.0\n")
+    (facts / "entry_points.txt").write_text("[cyclopean.commands]\njug = pottery:jug\nrun = pottery:jug\n")
+    places = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+
+    def typed(*words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "cyclopean", *words]
+        return subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **places})
+
+    assert typed("jug", "--size", "2").stdout == "a jug of 2\n"
+    assert typed("jug", "--size", "2", "--size", "3").returncode == 2
+    assert "jug  of pottery 1.0" in typed("help").stdout
+    assert "jug" not in typed("run", "--help").stdout
+    (tmp_path / "pottery.py").write_text("raise OSError('no clay')")
+    broken = typed("jug")
+    assert broken.returncode == 2
+    assert "OSError: no clay" in broken.stderr
+    assert typed("schema", "rig").returncode == 0
