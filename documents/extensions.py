@@ -42,7 +42,7 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What a package offers: a ``name`` in a ``group``, at ``target`` (``module:attribute``)."""
+    """What a package offers: a ``name`` in a ``group``, at ``module:attribute`` or ``package:file.yaml``."""
 
     group: str
     name: str
@@ -287,5 +287,9 @@ def _other_interface(package: str, declared: object) -> tuple[str, str]:
 
 
 def _attribute(target: str) -> Any:
+    """Return what a target names: an attribute of a module, or the path of a data file beside it."""
     module, _, attribute = target.partition(":")
-    return getattr(importlib.import_module(module), attribute)
+    loaded = importlib.import_module(module)
+    if attribute.endswith(".yaml"):
+        return Path(str(loaded.__file__)).parent / attribute
+    return getattr(loaded, attribute)

@@ -1,5 +1,6 @@
 from .blocks import NAMES as NAMES
 from .blocks import Proof as Proof
 from .blocks import prove_block as prove_block
+from .instruments import prove_instrument as prove_instrument
 from .measures import prove_measure as prove_measure
 from .promises import BrokenPromiseError as BrokenPromiseError

@@ -14,10 +14,12 @@ from .csv_table import write_csv as write_csv
 from .instrument import GarbledError as GarbledError
 from .instrument import Instrument as Instrument
 from .instrument import InstrumentError as InstrumentError
+from .instrument import Line as Line
 from .instrument import LostError as LostError
 from .instrument import RangeError as RangeError
 from .instrument import Reading as Reading
 from .instrument import Showing as Showing
+from .instrument import TimedOutError as TimedOutError
 from .log import CodeTriple as CodeTriple
 from .log import Kept as Kept
 from .log import MeasurementLog as MeasurementLog
@@ -31,7 +33,9 @@ from .mat_file import read_mat as read_mat
 from .open import INSTRUMENTS as INSTRUMENTS
 from .open import SPECTRAL as SPECTRAL
 from .open import Wiring as Wiring
+from .open import gives_spectra as gives_spectra
 from .open import open_instrument as open_instrument
+from .open import recorded_name as recorded_name
 from .patch import BEFORE_SETTLINGS as BEFORE_SETTLINGS
 from .patch import Patch as Patch
 from .patch import PatchSet as PatchSet
@@ -39,6 +43,9 @@ from .patch import Step as Step
 from .patch import steps as steps
 from .profile_readings import profile_measurements as profile_measurements
 from .profile_readings import read_profile_measurements as read_profile_measurements
+from .protocol import LineInstrument as LineInstrument
+from .protocol import LineProtocol as LineProtocol
+from .protocol import read_protocol as read_protocol
 from .read import PROFILE_ENDINGS as PROFILE_ENDINGS
 from .read import read_measurements as read_measurements
 from .read import write_measurements as write_measurements

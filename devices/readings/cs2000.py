@@ -13,7 +13,7 @@ import math
 from contextlib import suppress
 from types import MappingProxyType
 
-from devices.readings.instrument import GarbledError, InstrumentError, LostError, RangeError, Reading, Showing
+from devices.readings.instrument import GarbledError, InstrumentError, Line, LostError, RangeError, Reading, Showing
 from devices.readings.serial_line import SerialLine
 from documents import Finding
 
@@ -48,6 +48,7 @@ _LV_AGREES = 2e-3
 
 class CS2000:
     """The instrument on ``port``. ``answer_s`` is how long to wait for an answer, ``measure_s`` for a measurement.
+    ``line`` is spoken through in place of the port's own.
 
     It must be set to the 2° observer and to the synchronisation that suits the display.
 
@@ -57,8 +58,8 @@ class CS2000:
         If nothing answers there as a CS-2000 does.
     """
 
-    def __init__(self, port: str, answer_s: float = 10.0, measure_s: float = 300.0) -> None:
-        self._line = SerialLine(port, BAUD_RATE, b"\n", hardware_handshake=True)
+    def __init__(self, port: str, answer_s: float = 10.0, measure_s: float = 300.0, line: Line | None = None) -> None:
+        self._line = line or SerialLine(port, BAUD_RATE, b"\n", hardware_handshake=True)
         self._answer_s = answer_s
         self._measure_s = measure_s
         try:

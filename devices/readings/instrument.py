@@ -90,3 +90,20 @@ class Instrument(Protocol):
 
     def close(self) -> None:
         """Give the instrument back to the hands on its keys; never raises."""
+
+
+class Line(Protocol):
+    """What a driver speaks through: a command out, lines in; `devices.readings.serial_line.SerialLine` is one."""
+
+    @property
+    def port(self) -> str:
+        """What messages name."""
+
+    def send(self, command: str) -> None:
+        """Forget what came unasked, and send ``command``. Raises LostError."""
+
+    def line(self, within_s: float) -> str:
+        """Return the next line that is not empty. Raises TimedOutError or LostError."""
+
+    def close(self) -> None:
+        """Close it; never raises."""

@@ -7,26 +7,44 @@ import re
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
+from pathlib import Path
+from typing import Any
 
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from devices.readings.arrangement import PatchEye
 from devices.readings.instrument import Instrument, LostError, RangeError, Reading, Showing
+from devices.readings.protocol import LineInstrument, read_protocol
 from devices.readings.simulated import Faults, Simulated, SimulatedDisplay
-from documents import Finding
+from documents import Finding, InputError
+from documents.extensions import Registry, version_of
 from documents.text import did_you_mean
 
-INSTRUMENTS: Mapping[str, str] = MappingProxyType(
+
+def _wrong(name: str, kind: Any) -> str | None:
+    """Return what is wrong with what a package offers as an instrument: a protocol's file, or a class."""
+    if isinstance(kind, Path):
+        try:
+            read_protocol(kind)
+        except InputError as error:
+            return f"is no protocol: {error.findings[0]}"
+        return None
+    has_all = isinstance(kind, type) and all(hasattr(kind, word) for word in ("read", "close"))
+    return None if has_all else "is neither a protocol's file nor a class with read and close"
+
+
+INSTRUMENTS: Registry[Any] = Registry(
+    "cyclopean.instruments",
     {
-        "cs2000": "Konica Minolta CS-2000 or CS-2000A on a serial port",
-        "pr655": "Photo Research PR-655 or PR-670 on a serial port",
-        "spotread": "any instrument that ArgyllCMS's spotread knows",
-        "manual": "a person reads the instrument and types X Y Z",
-        "simulated": "a model of the display with noise, drift and other faults",
-    }
+        "cs2000": "devices.readings.cs2000:CS2000",
+        "pr655": "devices.readings.photo_research:PhotoResearch",
+        "spotread": "devices.readings.spotread:Spotread",
+        "manual": "devices.readings.open:Manual",
+        "simulated": "devices.readings.simulated:Simulated",
+    },
+    _wrong,
 )
-# Those that give spectra, whatever they are connected to.
+# Those of ours that give spectra, whatever they are connected to.
 SPECTRAL = frozenset({"cs2000", "pr655"})
 _SKIP = ("skip", "s")
 
@@ -56,7 +74,7 @@ class Wiring:
 
 
 def open_instrument(name: str, wiring: Wiring) -> Instrument:
-    """Open the instrument called ``name``, one of `INSTRUMENTS`.
+    """Open the instrument called ``name``, one of `INSTRUMENTS`: ours, or another package's.
 
     Serial instruments take the options ``answer_s`` and ``measure_s``; `spotread` takes ``spotread``, the program's own
     options in one string; a simulated one takes those of `devices.readings.simulated.Faults`.
@@ -101,10 +119,21 @@ def open_instrument(name: str, wiring: Wiring) -> Instrument:
 
         _only(("spotread",), wiring.options)
         return Spotread(wiring.port, shlex.split(wiring.options.get("spotread", "")), wiring.ask)
-    if name not in INSTRUMENTS:
-        remedy = did_you_mean(name, INSTRUMENTS)
+    if name not in INSTRUMENTS.own() and INSTRUMENTS.get(name) is None:
+        remedy = did_you_mean(name, INSTRUMENTS.names())
         raise DeviceError(Finding(f"there is no instrument '{name}'", remedy=remedy))
     return _serial(name, wiring)
+
+
+def gives_spectra(name: str) -> bool:
+    """Say whether the instrument of a name gives spectra; a class of another package says so as ``spectral``."""
+    return name in SPECTRAL or bool(getattr(INSTRUMENTS.get(name), "spectral", False))
+
+
+def recorded_name(name: str, instrument: Instrument) -> str:
+    """Return what to record of an instrument: as it names itself, and whose it is where it is not ours."""
+    offer = INSTRUMENTS.offer(name)
+    return instrument.name if offer is None else f"{instrument.name} (by {offer.package} {version_of(offer)})"
 
 
 def _serial(name: str, wiring: Wiring) -> Instrument:
@@ -112,16 +141,18 @@ def _serial(name: str, wiring: Wiring) -> Instrument:
         from devices.readings.serial_line import ports
     except ModuleNotFoundError:
         raise DeviceError(Finding("serial instruments need pyserial", remedy="pip install pyserial")) from None
-    from devices.readings.cs2000 import CS2000
-    from devices.readings.photo_research import PhotoResearch
-
     _only(("answer_s", "measure_s"), wiring.options)
     if wiring.port is None:
         raise DeviceError(
             Finding(f"'{name}' needs a port", remedy=f"--port with one of: {', '.join(ports()) or 'none'}")
         )
     seconds = {key: _seconds(key, text) for key, text in wiring.options.items()}
-    return (CS2000 if name == "cs2000" else PhotoResearch)(wiring.port, **seconds)
+    kind = INSTRUMENTS[name]
+    if isinstance(kind, Path):
+        protocol = read_protocol(kind)
+        return LineInstrument(protocol, protocol.opened(wiring.port), **seconds)
+    opened: Instrument = kind(wiring.port, **seconds)
+    return opened
 
 
 def _only(known: tuple[str, ...], options: Mapping[str, str]) -> None:

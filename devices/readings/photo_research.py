@@ -14,7 +14,7 @@ import re
 from contextlib import suppress
 from types import MappingProxyType
 
-from devices.readings.instrument import GarbledError, InstrumentError, LostError, RangeError, Reading, Showing
+from devices.readings.instrument import GarbledError, InstrumentError, Line, LostError, RangeError, Reading, Showing
 from devices.readings.serial_line import SerialLine
 from documents import Finding
 
@@ -40,6 +40,7 @@ _FEWEST_POINTS, _MOST_POINTS = 31, 2001
 
 class PhotoResearch:
     """The instrument on ``port``. ``answer_s`` is how long to wait for an answer, ``measure_s`` for a measurement.
+    ``line`` is spoken through in place of the port's own.
 
     It must be set to the 2° observer.
 
@@ -49,8 +50,8 @@ class PhotoResearch:
         If nothing answers there as a PR-655 or PR-670 does.
     """
 
-    def __init__(self, port: str, answer_s: float = 10.0, measure_s: float = 300.0) -> None:
-        self._line = SerialLine(port, BAUD_RATE, b"\r", slowly=True)
+    def __init__(self, port: str, answer_s: float = 10.0, measure_s: float = 300.0, line: Line | None = None) -> None:
+        self._line = line or SerialLine(port, BAUD_RATE, b"\r", slowly=True)
         self._answer_s = answer_s
         self._measure_s = measure_s
         try:

@@ -14,6 +14,7 @@ from typing import Any
 from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from devices.display import Rig, panel_of_monitor
+from devices.readings import INSTRUMENTS
 from documents import InputError
 from documents.extensions import Registry, installed
 from runner.blocks.registry import BLOCKS
@@ -261,7 +262,7 @@ def _package(name: str) -> PackageReport:
 
 
 # Of each group of entry points that other packages can add to.
-REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, MEASURES, commands())
+REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, MEASURES, INSTRUMENTS, commands())
 
 
 def _extensions() -> dict[str, tuple[str, ...]]:

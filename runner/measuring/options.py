@@ -11,8 +11,8 @@ from devices.readings import PatchEye
 from documents.options import MONITOR, Typed
 
 Backend: TypeAlias = Literal["window", "egl", "null"]
-# As `devices.readings.INSTRUMENTS` has them: here, so that help appears at once.
-Instrument: TypeAlias = Literal["cs2000", "pr655", "spotread", "manual", "simulated"]
+# Our own `devices.readings.INSTRUMENTS`: here, so that help appears at once.
+INSTRUMENT_NAMES = ("cs2000", "pr655", "spotread", "manual", "simulated")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +81,17 @@ def key_and_value(text: str) -> tuple[str, str]:
     return key.strip(), value.strip()
 
 
+def instrument_name(text: str) -> str:
+    """Return the name of an instrument, ours or another package's; ValueError where there is none."""
+    if text not in INSTRUMENT_NAMES:
+        from devices.readings import INSTRUMENTS
+
+        if INSTRUMENTS.get(text) is None:
+            raise ValueError(f"'{text}' is no instrument: choose from {', '.join(INSTRUMENTS.names())}.")
+    return text
+
+
+_INSTRUMENT = Typed(metavar=f"[{'|'.join(INSTRUMENT_NAMES)}]", read="runner.measuring.options.instrument_name")
 _OWN = Typed("--instrument-option", "KEY=VALUE", read="runner.measuring.options.key_and_value")
 
 
@@ -91,7 +102,7 @@ class InstrumentOptions:
     Attributes
     ----------
     instrument
-        Instrument that reads the light.
+        Instrument that reads the light, or the name of another package's.
     port
         Serial port of the instrument, or its number with spotread.
     accept_readings
@@ -102,7 +113,7 @@ class InstrumentOptions:
         Say what to move, but do not wait for a key.
     """
 
-    instrument: Instrument
+    instrument: Annotated[str, _INSTRUMENT]
     port: str | None = None
     accept_readings: bool = False
     instrument_options: Annotated[Mapping[str, str], _OWN] = field(default_factory=dict)

@@ -23,6 +23,7 @@ from devices.readings import (
     Wiring,
     open_instrument,
     read_session,
+    recorded_name,
     step_facts,
     steps,
     write_measurements,
@@ -215,14 +216,15 @@ def measure(
         raise MeasuringError(Finding("this measurement exists already", str(file), remedy=remedy))
     try:
         opened = open_instrument(instrument.instrument, wiring)
+        name = recorded_name(instrument.instrument, opened)
         try:
             if log is None:
-                log = MeasurementLog.create(file, {"begun_utc": begun.isoformat(), "instrument": opened.name, **facts})
+                log = MeasurementLog.create(file, {"begun_utc": begun.isoformat(), "instrument": name, **facts})
             else:
                 before = session.header["instrument"]
-                if opened.name != before:
-                    dialogue.say(f"warning: the measurement began with {before} and is resumed with {opened.name}")
-                log.note(resumed_utc=datetime.now(UTC).isoformat(), instrument=opened.name, again=list(again))
+                if name != before:
+                    dialogue.say(f"warning: the measurement began with {before} and is resumed with {name}")
+                log.note(resumed_utc=datetime.now(UTC).isoformat(), instrument=name, again=list(again))
             elapsed_s = _clock(begun)
             outcome = take_readings(
                 screen,

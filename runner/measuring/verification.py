@@ -27,6 +27,7 @@ from devices.readings import (
     Simulated,
     SimulatedDisplay,
     asked_of,
+    gives_spectra,
     xyz_from_spectra,
 )
 from documents import Finding, WorkError
@@ -174,7 +175,7 @@ def verify_display(options: VerifyOptions, dialogue: Dialogue | None = None) -> 
     display_file = options.display
     target = read_target(display_file, options.mode)
     display = target.characterised()
-    if target.observer != DEFAULT_OBSERVER and instrument.instrument not in SPECTRAL:
+    if target.observer != DEFAULT_OBSERVER and not gives_spectra(instrument.instrument):
         what = (
             f"the mode '{target.mode.name}' is for the observer {target.observer}; XYZ are read for {DEFAULT_OBSERVER}"
         )

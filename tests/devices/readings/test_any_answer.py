@@ -52,6 +52,7 @@ def told_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(photo_research, "SerialLine", _Line)
 
 
+Driver = type[CS2000] | type[PhotoResearch]
 BLOCKS = [",".join(["OK00"] + ["1e-5"] * count) for count in (100, 100, 100, 101)]
 WHOLE = {
     CS2000: [
@@ -64,7 +65,7 @@ WHOLE = {
 }  # fmt: skip
 
 
-def _read(kind: type[CS2000] | type[PhotoResearch]) -> None:
+def _read(kind: Driver) -> None:
     try:
         instrument: Instrument = kind("a port")
         reading = instrument.read(SHOWING)
@@ -75,18 +76,9 @@ def _read(kind: type[CS2000] | type[PhotoResearch]) -> None:
 
 
 @pytest.mark.parametrize("kind", list(WHOLE))
-def test_the_whole_transcript_is_a_reading(kind: type[CS2000] | type[PhotoResearch]) -> None:
-    _Line.lines = deque(WHOLE[kind])
-    assert kind("a port").read(SHOWING).XYZ_cd_m2 == (26.1, 26.4, 31.3)
-    assert not _Line.lines
-
-
-@pytest.mark.parametrize("kind", list(WHOLE))
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.integers(0, 120), changed=st.lists(LINE, max_size=3), cut=st.booleans())
-def test_any_change_to_the_transcript(
-    kind: type[CS2000] | type[PhotoResearch], place: int, changed: list[str], cut: bool
-) -> None:
+def test_any_change_to_the_transcript(kind: Driver, place: int, changed: list[str], cut: bool) -> None:
     lines = WHOLE[kind]
     place %= len(lines)
     _Line.lines = deque([*lines[:place], *changed, *([] if cut else lines[place + 1 :])])
@@ -96,6 +88,6 @@ def test_any_change_to_the_transcript(
 @pytest.mark.parametrize("kind", list(WHOLE))
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(lines=st.lists(LINE, max_size=30))
-def test_nothing_but_junk(kind: type[CS2000] | type[PhotoResearch], lines: list[str]) -> None:
+def test_nothing_but_junk(kind: Driver, lines: list[str]) -> None:
     _Line.lines = deque(lines)
     _read(kind)
