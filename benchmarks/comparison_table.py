@@ -32,6 +32,9 @@ from analysis.comparisons.comparisons import Answer, from_answers
 rows = csv.DictReader(open(sys.argv[1], encoding="utf-8", newline=""))
 from_answers([Answer(r["winner"], r["loser"], float(r["count"]), r["observer"], r["first"]) for r in rows])
 """
+COMMAS = PLAIN.replace('newline="")', 'newline=""), delimiter=";"').replace(
+    'r["count"]', 'r["count"].replace(",", ".")'
+)
 PANDAS = """
 import pandas
 from analysis.comparisons.comparisons import Answer, from_answers
@@ -59,6 +62,10 @@ def run() -> dict[str, Any]:
             rows.append(_row("counted while reading", count, OURS, table))
             if count < MOST_ROWS:
                 rows.append(_row("a list of every answer", count, PLAIN, table))
+                commas = table.with_name(f"{count} commas.csv")
+                commas.write_text(table.read_text().replace(",1,", ",1.5,").replace(",", ";").replace(".", ","))
+                rows.append(_row("semicolons and decimal commas, counted while reading", count, OURS, commas))
+                rows.append(_row("semicolons and decimal commas, a list of every answer", count, COMMAS, commas))
             table.unlink()
         for count in ROWS:
             table = Path(folder) / f"{count} choices.csv"
@@ -70,6 +77,10 @@ def run() -> dict[str, Any]:
     for ours, theirs in (
         ("counted while reading", "a list of every answer"),
         ("choices, counted while reading", "choices, by pandas"),
+        (
+            "semicolons and decimal commas, counted while reading",
+            "semicolons and decimal commas, a list of every answer",
+        ),
     ):
         faster = times_as_fast(rows, ours, theirs)
         promises.append(Promise(f"{ours}, beside {theirs}", faster, None, "ratio", "at least", "×"))

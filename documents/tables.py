@@ -2,18 +2,21 @@
 
 A `Form` says what the columns are called, here and in other programs, which are needed, and what numbers may stand in
 them. The reader finds the rest: commas, semicolons or tabs between columns; where it is not commas, decimal commas too;
-UTF-8 or UTF-16; comments, which begin with ``#`` and may hold ``key: value``; units behind a name, as in ``X (cd/m2)``.
-All faults of a table are told at once, each with its line and column.
+UTF-8 or UTF-16, or the workbook of a spreadsheet; comments, which begin with ``#`` and may hold ``key: value``; units
+behind a name, as in ``X (cd/m2)``. All faults of a table are told at once, each with its line and column.
 """
 
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -23,6 +26,9 @@ from documents.findings import Finding, InputError
 from documents.text.words import did_you_mean, nearest
 
 MOST_FINDINGS = 20
+ENDINGS = (".csv", ".tsv", ".txt", ".xlsx")  # of files that are tables
+WORKBOOK = b"PK\x03\x04"
+_MOST_UNPACKED = 2_000_000_000  # bytes of a workbook: a million rows have some hundred million
 SEPARATORS: Mapping[str, str] = {",": "commas", ";": "semicolons", "\t": "tabs"}
 _ERRORS = ("#N/A", "#NA", "#NULL!", "#NUM!", "#VALUE!", "#DIV/0!", "#REF!", "#NAME?")  # as spreadsheets write them
 _WITH_UNIT = re.compile(r"(.+?)\s*[(\[]\s*(.+?)\s*[)\]]")
@@ -320,35 +326,92 @@ def separator_of(header: str, names: Iterable[str] = ()) -> str:
 def decoded(content: bytes, file: str, what: str = "table", error: type[InputError] = InputError) -> str:
     """Return the text of a table: UTF-8 with or without its mark, or UTF-16 with it, as spreadsheets save "Unicode".
 
+    Of a workbook, it is the sheet as CSV with commas, a line for each of its rows.
+
     Raises
     ------
     InputError
-        Of the class ``error``, if it is neither.
+        Of the class ``error``, if it is none of these, or nothing is installed that reads workbooks.
 
     Examples
     --------
     >>> decoded("X,Y".encode("utf-16"), "seen.csv")
     'X,Y'
     """
-    encoding = encoding_of(content[:4], file, what, error)
+    if content.startswith(WORKBOOK):
+        return _sheet(content, file, what, error)
+    encoding = encoding_of(content)
     try:
         return content.decode(encoding)
     except UnicodeDecodeError as caught:
         raise error(not_text(encoding, file, what)) from caught
 
 
-def encoding_of(start: bytes, file: str, what: str = "table", error: type[InputError] = InputError) -> str:
-    """Return the encoding of a table by its first four bytes: UTF-16 with its mark, else UTF-8 with or without.
-
-    Raises
-    ------
-    InputError
-        Of the class ``error``, if it is the workbook of a spreadsheet.
-    """
-    if start == b"PK\x03\x04":
-        remedy = "save the sheet as CSV; any separator will do"
-        raise error(Finding(f"the {what} is the workbook of a spreadsheet", file, remedy=remedy, code="workbook"))
+def encoding_of(start: bytes) -> str:
+    """Return the encoding of a table by how it begins: UTF-16 with its mark, else UTF-8 with or without."""
     return "utf-16" if start.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
+
+
+def _sheet(content: bytes, file: str, what: str, error: type[InputError]) -> str:
+    """Return the only sheet of a workbook that holds anything as CSV."""
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        remedy = "to read workbooks: pip install openpyxl; or save the sheet as CSV, any separator will do"
+        fault = Finding(f"the {what} is the workbook of a spreadsheet", file, remedy=remedy, code="workbook")
+        raise error(fault) from None
+    try:
+        with ZipFile(io.BytesIO(content)) as parts:
+            if sum(part.file_size for part in parts.infolist()) > _MOST_UNPACKED:
+                raise ValueError(f"it unpacks to more than {_MOST_UNPACKED / 1e9:g} GB")
+        sheets = {sheet.title: _cells(sheet) for sheet in load_workbook(io.BytesIO(content), True, data_only=True)}
+    except Exception as caught:  # openpyxl has no error of its own for what is damaged
+        fault = Finding(f"the workbook cannot be read: {caught}", file, remedy="save the sheet as CSV", code="workbook")
+        raise error(fault) from caught
+    held = {name: rows for name, rows in sheets.items() if any(rows)}
+    if len(held) != 1:
+        names = f"{len(held)} sheets hold something: {', '.join(held)}" if held else "no sheet holds anything"
+        remedy = f"keep one, with the {what}, or save it as CSV"
+        raise error(Finding(f"of the workbook {names}", file, remedy=remedy, code="workbook"))
+    (rows,) = held.values()
+    # A comment that was split at its commas makes no columns.
+    comments = [bool(row) and is_comment(row[0]) for row in rows]
+    width = max((len(row) for row, comment in zip(rows, comments, strict=True) if not comment), default=0)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    for row, comment in zip(rows, comments, strict=True):
+        if comment:
+            text.write(",".join(row) + "\n")
+        else:
+            writer.writerow(row + [""] * (width - len(row)))
+    return text.getvalue()
+
+
+def _cells(sheet: Any) -> list[list[str]]:
+    """Return the rows of a sheet as texts, without empty cells behind; what is no table, such as a chart, has none."""
+    texts: list[list[str]] = []
+    if not hasattr(sheet, "reset_dimensions"):
+        return texts
+    sheet.reset_dimensions()  # which programs are known to write wrong
+    for row in sheet.iter_rows(values_only=True):
+        cells = ["" if cell is None else " ".join(str(cell).split()) for cell in row]
+        while cells and not cells[-1]:
+            cells.pop()
+        texts.append(cells)
+    return texts
+
+
+def csv_lines(rows: Iterable[Iterable[object]], line_end: str = "\n") -> str:
+    """Return ``rows`` as CSV, with commas, quoted where need be.
+
+    Examples
+    --------
+    >>> csv_lines([("name", "X"), ("a,b", 0.5)])
+    'name,X\\n"a,b",0.5\\n'
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator=line_end).writerows(rows)
+    return text.getvalue()
 
 
 def not_text(encoding: str, file: str, what: str = "table") -> Finding:

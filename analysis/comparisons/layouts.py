@@ -25,7 +25,7 @@ import numpy as np
 from analysis.comparisons.columns import COLUMNS, GROUP_NAMES
 from analysis.comparisons.comparisons import MOST_ITEMS
 from analysis.comparisons.missing import WORDS
-from analysis.comparisons.plain_lines import Fault, PlainReading, is_count
+from analysis.comparisons.plain_lines import Fault, PlainReading, is_count, of_another_length
 from analysis.comparisons.sources import Coded, Texts, Written, coded, joined, plain
 from analysis.comparisons.trials_table import Trials
 from analysis.errors import ResultsError
@@ -59,6 +59,11 @@ class LayoutReading(Protocol):
     @property
     def unknown(self) -> Collection[int]:
         """The columns in which a missing value is read as an empty field."""
+        ...
+
+    @property
+    def counts(self) -> Collection[int]:
+        """The columns of numbers of answers."""
         ...
 
     @property
@@ -191,6 +196,7 @@ class _ChoiceReading:
     meaning: Mapping[str, int]
     by_name: bool
     notes: tuple[str, ...]
+    counts: Collection[int] = ()
 
     @property
     def needed(self) -> Mapping[int, str]:
@@ -224,9 +230,8 @@ class _ChoiceReading:
         return told | {role: Coded(column.texts, column.code[row]) for role, column in beside.items()}
 
     def fault(self, row: Row) -> Fault | None:
-        if len(row) != self.width:
-            where = self.width if len(row) > self.width else max(len(row) - 1, 0)
-            return where, f"the line has {len(row)} fields", f"the header has {self.width}; quote a name with a comma"
+        if ragged := of_another_length(row, self.width):
+            return ragged
         shown = self._shown(row)
         if len(shown) < 2:
             return self.options[0], "fewer than two items are named", "name what was shown"
@@ -319,6 +324,10 @@ class _MatrixReading:
     unknown: Collection[int] = ()
 
     @property
+    def counts(self) -> Collection[int]:
+        return range(1, self.width)
+
+    @property
     def width(self) -> int:
         return len(self.items) + 1
 
@@ -344,22 +353,16 @@ class _MatrixReading:
             return where, f"the line has {len(row)} fields", f"the header has {width}; the matrix must be square"
         name = row[0].strip()
         if name not in self.items:
-            return (
-                0,
-                f"'{name}' is not in the header",
-                did_you_mean(name, self.items, "name the items as the header does"),
-            )
+            remedy = did_you_mean(name, self.items, "name the items as the header does")
+            return 0, f"'{name}' is not in the header", remedy
         for place, (item, cell) in enumerate(zip(self.items, row[1:], strict=True), start=1):
             text = cell.strip()
             if item == name:
                 if text and text not in WORDS and (not is_count(text) or float(text) != 0):
                     return place, f"'{name}' was preferred over itself '{text}' times", "write 0"
             elif not is_count(text):
-                return (
-                    place,
-                    f"the count is '{text}'",
-                    "write a finite number, zero or above; 0 where none was compared",
-                )
+                remedy = "write a finite number, zero or above; 0 where none was compared"
+                return place, f"the count is '{text}'", remedy
         return None
 
     def end(self) -> tuple[str, str] | None:

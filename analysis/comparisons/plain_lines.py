@@ -36,6 +36,11 @@ class PlainReading:
         return [self.columns["first"]] if "first" in self.columns else []
 
     @property
+    def counts(self) -> Collection[int]:
+        """The columns of numbers of answers."""
+        return [self.columns[name] for name in ("count", "ties") if name in self.columns]
+
+    @property
     def width(self) -> int:
         """How many fields a line has."""
         return len(self.columns)
@@ -50,13 +55,8 @@ class PlainReading:
     def fault(self, row: Sequence[str]) -> Fault | None:
         """Return the field that is wrong, what is wrong with it, and the remedy; None if nothing is."""
         columns = self.columns
-        if len(row) != len(columns):
-            field = min(len(row), len(columns)) if len(row) > len(columns) else max(len(row) - 1, 0)
-            return (
-                field,
-                f"the line has {len(row)} fields",
-                f"the header has {len(columns)}; quote a name with a comma",
-            )
+        if ragged := of_another_length(row, len(columns)):
+            return ragged
         value = {name: row[field].strip() for name, field in columns.items()}
         for name in REQUIRED:
             if not value[name]:
@@ -76,6 +76,13 @@ class PlainReading:
         if outcome and outcome not in OUTCOMES:
             return columns["outcome"], f"the outcome is '{outcome}'", f"write one of: {', '.join(OUTCOMES)}"
         return None
+
+
+def of_another_length(row: Sequence[str], width: int) -> Fault | None:
+    """Return what is wrong with a line that has not as many fields as the header, ``width``."""
+    where = width if len(row) > width else max(len(row) - 1, 0)
+    remedy = f"the header has {width}; quote a name with a comma"
+    return None if len(row) == width else (where, f"the line has {len(row)} fields", remedy)
 
 
 def is_count(text: str) -> bool:

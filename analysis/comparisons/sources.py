@@ -8,10 +8,9 @@ most of what is asked of a text is asked once.
 from __future__ import annotations
 
 import csv
-import io
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, islice
 from typing import Protocol
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.tables import separator_of
+from documents.tables import csv_lines, separator_of
 
 BLOCK_ROWS = 1 << 15
 MOST_LETTERS = 4_000_000  # of a line
@@ -122,6 +121,8 @@ class TableSource(Protocol):
 
     header: Row
     written: Written
+    counts: Collection[int]
+    """The columns of numbers of answers, once they are known."""
 
     def start(self) -> None:
         """Read the header; csv.Error if it is no CSV."""
@@ -165,6 +166,8 @@ class LineBlock:
     lines: Sequence[str]
     begin: int
     separator: str = ","
+    pointed: Collection[int] = ()
+    """The columns in which a comma is a decimal one."""
 
     def numbered(self) -> Iterator[NumberedRow]:
         """As `RowBlock`."""
@@ -179,7 +182,12 @@ class LineBlock:
         reader = csv.reader(remembered(), strict=True, delimiter=self.separator)
         for row in islice(reader, len(self.rows)):
             if any(cell.strip() for cell in row):
-                yield row, self.begin + reader.line_num, Written(last, self.separator)
+                yield with_points(row, self.pointed), self.begin + reader.line_num, Written(last, self.separator)
+
+
+def with_points(row: Row, places: Collection[int]) -> Row:
+    """Return ``row`` with decimal points for the commas in its cells at ``places``."""
+    return [cell.replace(",", ".") if place in places else cell for place, cell in enumerate(row)] if places else row
 
 
 class LineSource:
@@ -190,6 +198,8 @@ class LineSource:
         self._reader = csv.reader(self._lines, strict=True)
         self.header: Row = ()
         self.written = Written("")
+        self.counts: Collection[int] = ()
+        self._file, self._marks = file, set[str]()
 
     @property
     def line(self) -> int:
@@ -215,11 +225,29 @@ class LineSource:
             except csv.Error as error:
                 wrong = error
             if rows:
-                yield LineBlock(rows, self._lines.kept, begin, self.written.separator)
+                block = LineBlock(rows, self._lines.kept, begin, self.written.separator)
+                yield block if block.separator == "," else self._with_points(block)
             if wrong:
                 raise wrong
             if not rows:
                 return
+
+    def _with_points(self, block: LineBlock) -> LineBlock:
+        """Return ``block`` with points for decimal commas; ResultsError where both are met, at the first other one."""
+        cells = {cell for row in block.rows for place, cell in enumerate(row) if place in self.counts}
+        marks = {mark for mark in ",." if any(mark in cell for cell in cells)}
+        if len(self._marks | marks) > 1:
+            each = ((place, *row) for row in block.numbered() for place in self.counts if place < len(row[0]))
+            for place, row, number, line in each:
+                self._marks |= {*row[place]} & {",", "."}
+                if len(self._marks) > 1:
+                    remedy = "write all numbers with a decimal comma, or all with a point"
+                    what = f"the count is '{row[place].strip()}'"
+                    raise ResultsError(Finding(what, self._file, number, line.column_of(place), remedy))
+        self._marks |= marks
+        if "," not in marks:
+            return block
+        return replace(block, rows=[with_points(row, self.counts) for row in block.rows], pointed=self.counts)
 
 
 @dataclass(frozen=True)
@@ -251,6 +279,7 @@ class ColumnSource:
 
     def __init__(self, table: CodedTable) -> None:
         self.header: Row = table.names
+        self.counts: Collection[int] = ()
         self.written = Written(_as_line(table.names))
         rows = len(table.columns[0].code) if table.columns else 0
         ends = np.ones(rows, dtype=np.intp)
@@ -279,6 +308,4 @@ def _breaks(text: str) -> int:
 
 def _as_line(row: Row) -> str:
     """Return a row of texts as CSV, without its line end; fields that hold one are quoted."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\r\n").writerow(row)
-    return text.getvalue()[:-2]
+    return csv_lines([row], "")

@@ -38,7 +38,7 @@ from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.files import open_regular, unreadable
-from documents.tables import encoding_of, not_text
+from documents.tables import WORKBOOK, decoded, encoding_of, not_text
 
 MOST_FINDINGS = 20
 
@@ -233,7 +233,10 @@ def _read_path(path: Path, asked: _Asked) -> TableRead:
 
 def _read_stream(stream: BinaryIO, file: str, asked: _Asked) -> TableRead:
     stream = stream if isinstance(stream, io.BufferedReader) else io.BufferedReader(cast(io.RawIOBase, stream))
-    encoding = encoding_of(stream.peek(4)[:4], file, error=ResultsError)
+    start = stream.peek(4)[:4]
+    if start == WORKBOOK:
+        return _read_lines(io.StringIO(decoded(stream.read(), file, error=ResultsError)), file, asked)
+    encoding = encoding_of(start)
     text = io.TextIOWrapper(stream, encoding=encoding, newline="")
     try:
         lines = iter(lambda: text.readline(MOST_LETTERS + 1), "")
@@ -257,7 +260,7 @@ def _read(source: TableSource, file: str, asked: _Asked) -> TableRead:
         codes = {code.lower() for code in asked.codes}
         words = frozenset() if asked.keep_na else frozenset(word for word in WORDS if word.lower() not in codes)
         missing = Missing(file, reading.needed, reading.unknown, words)
-        tally = Tally()
+        tally, source.counts = Tally(), reading.counts
         for block in source.blocks():
             findings += _take_in(block, tally, reading, missing)
             if len(findings) >= MOST_FINDINGS:

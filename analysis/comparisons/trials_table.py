@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparisons.columns import KINDS, TIES, Columns
-from analysis.comparisons.plain_lines import Fault, PlainReading
+from analysis.comparisons.plain_lines import Fault, PlainReading, of_another_length
 from analysis.comparisons.sources import Coded, Texts, Written, coded, plain
 
 _NEEDED = ("experiment", "kind", "first", "second", "answer", "chosen", "rejected")
@@ -45,6 +45,7 @@ class TrialsReading:
     experiments: set[str] = field(default_factory=set)
     simulated: set[str] = field(default_factory=set)
     found: int = 0
+    counts: Collection[int] = ()
 
     @property
     def needed(self) -> Mapping[int, str]:
@@ -83,9 +84,8 @@ class TrialsReading:
 
     def fault(self, row: Sequence[str]) -> Fault | None:
         """Return the field that is wrong, what is wrong with it, and the remedy; None if nothing is."""
-        if len(row) != self.width:
-            where = self.width if len(row) > self.width else max(len(row) - 1, 0)
-            return where, f"the line has {len(row)} fields", f"the header has {self.width}; quote a name with a comma"
+        if ragged := of_another_length(row, self.width):
+            return ragged
         told = self.translate([[text] for text in row])
         line = [plain(told[name])[0].strip() for name in self.columns] if told else None
         if line and (fault := PlainReading(self.columns).fault(line)):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from itertools import pairwise
 
 from analysis.classes.conclusions import LEVEL, verdict_of
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
 from documents.pages import Block, Column, Heading, Paragraph, Table
+from documents.tables import csv_lines
 from documents.text import counted
 
 COLUMNS = ("group", "observer", "item", "theta", "sd")
@@ -93,15 +92,13 @@ def observer_table(fit: HierarchicalFit) -> str:
     >>> observer_table(fit).splitlines()[0]
     'group,observer,item,theta,sd'
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    rows: list[tuple[str, ...]] = [COLUMNS]
     for group in fit.groups:
         scores = fit.observer_scores(group.name)
         for name, means, sds in zip(scores.observers, scores.mean.tolist(), scores.sd.tolist(), strict=True):
             for item, mean, sd in zip(scores.items, means, sds, strict=True):
-                writer.writerow([group.name, name, item, f"{mean:.6g}", f"{sd:.6g}"])
-    return text.getvalue()
+                rows.append((group.name, name, item, f"{mean:.6g}", f"{sd:.6g}"))
+    return csv_lines(rows)
 
 
 def _score_table(fit: HierarchicalFit, group: GroupScores) -> Table:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
@@ -11,6 +10,7 @@ from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.results import Needed
 from documents.files import whole_file
 from documents.pages import Block, Column, Heading, Paragraph, Shown, Table
+from documents.tables import csv_lines
 
 COLUMNS = ("observers", "quantity", "item", "other", "value", "standard_error")
 
@@ -98,14 +98,11 @@ def write_csv(needed: Needed | GroupsNeeded, file: TextIO | Path) -> None:
         with whole_file(file) as draft, draft.open("w", encoding="utf-8", newline="") as opened:
             write_csv(needed, opened)
         return
-    writer = csv.writer(file)
     if isinstance(needed, Needed):
-        writer.writerow(COLUMNS)
-        writer.writerows(csv_rows(needed))
-        return
-    writer.writerow(("group", *COLUMNS))
-    for name, own in needed.groups:
-        writer.writerows((name, *row) for row in csv_rows(own))
+        rows: list[tuple[object, ...]] = [COLUMNS, *csv_rows(needed)]
+    else:
+        rows = [("group", *COLUMNS), *((name, *row) for name, own in needed.groups for row in csv_rows(own))]
+    file.write(csv_lines(rows, "\r\n"))
 
 
 def power_blocks(needed: Needed | GroupsNeeded) -> tuple[Block, ...]:

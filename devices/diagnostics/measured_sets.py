@@ -13,6 +13,7 @@ from devices.readings.read import PROFILE_ENDINGS, read_measurements
 from devices.readings.spectra import for_observer
 from devices.readings.table import CIE_1931_2
 from documents import Finding, InputError
+from documents.tables import ENDINGS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +77,7 @@ def read_sets(
         try:
             ending = file.suffix.lower()
             white = white_cd_m2 if ending in PROFILE_ENDINGS else None
-            measurements = read_measurements(file, codes if ending == ".csv" else None, white_cd_m2=white)
+            measurements = read_measurements(file, codes if ending in ENDINGS else None, white_cd_m2=white)
             if observer is not None:
                 measurements = for_observer(measurements, observer, str(file))
         except InputError as error:

@@ -9,7 +9,6 @@ the colours, [Lam1985] for the transform.
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from importlib.resources import files
 
@@ -22,6 +21,7 @@ from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
+from documents.tables import Column, Form
 
 _D50_XY = (0.345703, 0.358539)
 _WITHIN = 1e-9
@@ -51,8 +51,8 @@ def colorchecker_xyY() -> tuple[tuple[str, ...], Floats]:
     ('dark skin', [0.437484, 0.378523, 0.098324])
     """
     text = (files("devices.readings") / "colorchecker.csv").read_text(encoding="utf-8")
-    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
-    return tuple(row["name"] for row in rows), np.array([[float(row[key]) for key in ("x", "y", "Y")] for row in rows])
+    chart = Form((Column("name", text=True), Column("x"), Column("y"), Column("Y"))).parse(text, "colorchecker.csv")
+    return tuple(chart.texts("name")), chart.numbers("x", "y", "Y")
 
 
 def asked_of(model: DisplayModel) -> tuple[AskedColour, ...]:

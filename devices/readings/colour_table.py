@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import BinaryIO, Literal, TextIO
@@ -14,7 +13,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
-from documents.tables import Column, Form, decoded
+from documents.tables import Column, Form, csv_lines, decoded
 
 _MOST_BYTES = 100_000_000
 _STREAM = "standard input"
@@ -39,10 +38,9 @@ class ColourTable:
 
     def write(self, stream: TextIO) -> None:
         """Write the table as CSV: the other columns first."""
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([*self.others, *COLUMNS[self.kind]])
-        for cells, values in zip(self.rows, self.values, strict=True):
-            writer.writerow([*cells, *(f"{value:.10g}" for value in values)])
+        stream.write(csv_lines([[*self.others, *COLUMNS[self.kind]]]))
+        rows = zip(self.rows, self.values, strict=True)
+        stream.write(csv_lines([*cells, *(f"{value:.10g}" for value in values)] for cells, values in rows))
 
 
 def convert_colours(

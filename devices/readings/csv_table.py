@@ -11,8 +11,6 @@ for ``red,green,blue``, and names may be left out.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import cast
@@ -26,7 +24,7 @@ from devices.readings.arrangement import PatchEye
 from devices.readings.code_range import CODES, DRIVEN, PARTS, SURROUND, driven, part_faults
 from devices.readings.table import CIE_1931_2, OBSERVERS, PATCH_EYES, Measurements, observer_name
 from documents import Finding
-from documents.tables import Column, Form, Table
+from documents.tables import Column, Form, Table, csv_lines
 
 _LIGHT = ("X", "Y", "Z")
 _CD_M2 = "cd/m²"
@@ -161,20 +159,18 @@ def write_csv(measurements: Measurements, path: Path, full: float = 255.0) -> No
 
 def format_csv(measurements: Measurements, full: float = 255.0) -> str:
     """Return ``measurements`` as CSV text, comments first; see `write_csv`. Spectra are not part of it."""
-    out = io.StringIO()
-    out.write(f"# codes: 0..{full:g}\n")
+    head = f"# codes: 0..{full:g}\n"
     for key in ("mode", "instrument", "notes", "panel", "monitor_settings"):
         if text := " ".join(str(getattr(measurements, key)).split()):
-            out.write(f"# {key}: {text}\n")
+            head += f"# {key}: {text}\n"
     if measurements.observer != CIE_1931_2:
-        out.write(f"# observer: {measurements.observer}\n")
+        head += f"# observer: {measurements.observer}\n"
     if measurements.gamma_table is not None:
-        out.write(f"# gamma_table: {measurements.gamma_table.to_text()}\n")
+        head += f"# gamma_table: {measurements.gamma_table.to_text()}\n"
     timed = measurements.time_s is not None
-    writer = csv.writer(out, lineterminator="\n")
     parts = measurements.area is not None or measurements.surround is not None
     more = ["area", *SURROUND] if parts else []
-    writer.writerow(["name", *CODES, *_LIGHT, *(["time_s"] if timed else []), "eye", *more])
+    rows = [["name", *CODES, *_LIGHT, *(["time_s"] if timed else []), "eye", *more]]
     for index in range(len(measurements)):
         codes = [_code(code, full) for code in measurements.codes[index]]
         light = [repr(float(value)) for value in measurements.XYZ[index]]
@@ -182,8 +178,8 @@ def format_csv(measurements: Measurements, full: float = 255.0) -> str:
         name = " ".join(measurements.name[index].split()).lstrip("#") or f"patch{index + 1}"
         filled = repr(float(measurements.filled[index]))
         around = [filled, *(_code(code, full) for code in measurements.around[index])] if parts else []
-        writer.writerow([name, *codes, *light, *time, measurements.eye[index], *around])
-    return out.getvalue()
+        rows.append([name, *codes, *light, *time, measurements.eye[index], *around])
+    return head + csv_lines(rows)
 
 
 def _code(code: float, full: float) -> str:

@@ -14,6 +14,7 @@ from devices.readings.csv_table import read_csv, write_csv
 from devices.readings.table import Measurements
 from documents import Finding
 from documents.files import whole_file, writing
+from documents.tables import ENDINGS
 
 if TYPE_CHECKING:
     from devices.readings.log import ReadingRun
@@ -29,9 +30,10 @@ def read_measurements(
     Parameters
     ----------
     path
-        A ``.csv`` table, an ArgyllCMS ``.ti3``, a Psychtoolbox calibration ``.mat``, the ``.jsonl`` that
-        `cyclopean display measure` writes, or an ICC profile, ``.icc`` or ``.icm``, with measurements inside. Of a
-        profile without them the model is asked for the light of a set of codes, and ``assumptions`` says so.
+        A table, ``.csv``, ``.tsv``, ``.txt`` or ``.xlsx``, an ArgyllCMS ``.ti3``, a Psychtoolbox calibration ``.mat``,
+        the ``.jsonl`` that `cyclopean display measure` writes, or an ICC profile, ``.icc`` or ``.icm``, with
+        measurements inside. Of a profile without them the model is asked for the light of a set of codes, and
+        ``assumptions`` says so.
     code_range
         The range of the codes of a CSV table that does not name it, such as ``0..255``; the others name theirs.
     white_cd_m2
@@ -61,7 +63,7 @@ def read_measurements(
     if white_cd_m2 is not None and ending not in PROFILE_ENDINGS:
         what = f"--white-cd-m2 {white_cd_m2:g} was given for a file that is no ICC profile"
         raise DeviceError(Finding(what, str(path), remedy="leave it out"))
-    if ending == ".csv":
+    if ending in ENDINGS:
         return read_csv(path, code_range)
     if code_range is not None:
         raise DeviceError(Finding("only the codes of a CSV file need a range", str(path), remedy="leave out --codes"))
@@ -81,7 +83,7 @@ def read_measurements(
         from devices.readings.profile_readings import read_profile_measurements
 
         return read_profile_measurements(path, white_cd_m2)
-    remedy = ".csv, .ti3, .mat, .jsonl, .icc or .icm"
+    remedy = ".csv, .tsv, .txt, .xlsx, .ti3, .mat, .jsonl, .icc or .icm"
     raise DeviceError(Finding(f"'{ending}' is no known table of measurements", str(path), remedy=remedy))
 
 

@@ -5,8 +5,6 @@ Text is plain text; the template escapes it. Only figures contain markup, which 
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -17,6 +15,7 @@ from typing import ClassVar, Literal, TypeAlias
 from documents.figures import Drawing
 from documents.files import make_private, whole_file, write_whole
 from documents.findings import Finding, InputError
+from documents.tables import csv_lines
 from documents.text import chance, fixed
 
 ColumnKind = Literal["text", "number", "p", "interval", "class", "list", "swatches"]
@@ -324,14 +323,12 @@ def csv_text(table: Table) -> str:
 
     Text that a spreadsheet would read as a formula is preceded by an apostrophe.
     """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\r\n")
-    writer.writerow([key for column in table.columns for key in _keys(column)])
-    for row in table.rows:
-        writer.writerow(
-            [field for column, cell in zip(table.columns, row, strict=True) for field in _fields(column, cell)]
-        )
-    return out.getvalue()
+    head = [key for column in table.columns for key in _keys(column)]
+    rows = (
+        [field for column, cell in zip(table.columns, row, strict=True) for field in _fields(column, cell)]
+        for row in table.rows
+    )
+    return csv_lines([head, *rows], "\r\n")
 
 
 def _keys(column: Column) -> list[str]:

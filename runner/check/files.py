@@ -21,6 +21,7 @@ from devices.display import (
 )
 from documents import Finding, InputError
 from documents.files import open_regular
+from documents.tables import ENDINGS
 from documents.text import did_you_mean, nearest
 from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.display_facts import SETTINGS_REMEDY, check_display_facts, check_nominal
@@ -222,7 +223,7 @@ def _other_file(path: Path) -> Finding | None:
         return None  # reading it as YAML says why
     if path.name == FILE_NAME:
         what, remedy = "the record of a session", "report on it: cyclopean report {name}"
-    elif path.suffix.lower() in (".csv", ".tsv"):
+    elif path.suffix.lower() in ENDINGS:
         what, remedy = "a table", _TABLE_REMEDY
     for beginning, kind in _BEGINNINGS.items():
         if begins.startswith(beginning):

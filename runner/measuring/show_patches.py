@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +14,7 @@ from devices.errors import MeasuringError
 from devices.readings import BEFORE_SETTLINGS, Arrangement, Step, steps
 from documents import Finding, WorkError
 from documents.files import write_whole, writing
+from documents.tables import csv_lines
 from documents.text import JsonResult
 from runner.measuring.keys import Keys
 from runner.measuring.options import Dialogue, PatchesOptions, ShowOptions
@@ -184,22 +183,20 @@ def patch_table(
 ) -> str:
     """Return what was shown as CSV whose X, Y and Z are to be filled in; all of ``order`` without ``times_s``."""
     highest = (1 << bits) - 1
-    out = io.StringIO()
-    out.write(f"# codes: 0..{highest}\n# mode: {mode}\n")
+    head = f"# codes: 0..{highest}\n# mode: {mode}\n"
     if gamma_table is not None:
-        out.write(f"# gamma_table: {gamma_table.to_text()}\n")
-    writer = csv.writer(out, lineterminator="\n")
+        head += f"# gamma_table: {gamma_table.to_text()}\n"
     parts = any(step.patch.filled < 1 for step in order)
     more = [*(["time_s"] if times_s is not None else []), "eye"]
     more += ["area", "surround_red", "surround_green", "surround_blue"] if parts else []
-    writer.writerow(["name", "red", "green", "blue", "X", "Y", "Z", *more])
+    rows: list[list[object]] = [["name", "red", "green", "blue", "X", "Y", "Z", *more]]
     for step in order:
         if times_s is None or step.position in times_s:
             codes = [round(code * highest) for code in step.patch.codes]
             time_s = [times_s[step.position]] if times_s is not None else []
             around = [step.patch.filled, *(round(code * highest) for code in step.patch.surround)] if parts else []
-            writer.writerow([step.patch.name, *codes, "", "", "", *time_s, step.patch.eye or eye, *around])
-    return out.getvalue()
+            rows.append([step.patch.name, *codes, "", "", "", *time_s, step.patch.eye or eye, *around])
+    return head + csv_lines(rows)
 
 
 def _held(keys: Keys, hold_s: float | None) -> int:

@@ -18,6 +18,7 @@ from analysis.records import pool, read_results
 from analysis.scaling import score, score_groups
 from documents import Finding
 from documents.files import read_regular
+from documents.tables import ENDINGS
 from documents.text import JsonResult
 from runner.observers.behaviour import BehaviourSpec
 from runner.observers.observer_file import read_scored_observer
@@ -28,7 +29,7 @@ _MOST_BYTES = 100_000_000
 DEFAULT_SPREAD_NATS = 2.0
 OTHER_SDS = 0.0, 1.5
 LEAST_APART = 0.005
-ANSWERS = (".csv", ".jsonl")
+ANSWERS = (*ENDINGS, ".jsonl")
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +201,7 @@ def earlier_answers(
     if path.is_file() and path.suffix.lower() not in ANSWERS:
         what = "this is neither a table of comparisons nor results"
         raise ResultsError(Finding(what, str(path), remedy="name a TABLE.csv, or a folder of results"))
-    if path.suffix.lower() == ".csv":
+    if path.suffix.lower() in ENDINGS:
         table = read_any(path, keep_na=keep_na)
         return table.comparisons, table.warnings
     pooled = pool(read_results(path), with_simulated=with_simulated)

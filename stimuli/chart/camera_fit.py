@@ -26,6 +26,7 @@ from devices.readings import colorchecker_XYZ
 from documents import Finding
 from documents.arrays import Floats
 from documents.pages import Table
+from documents.tables import ENDINGS
 from documents.text import JsonResult, visible
 from stimuli.chart.find import find_corners, turn_upright
 from stimuli.chart.options import ChartOptions, Triple
@@ -153,9 +154,6 @@ def check_corners(corners_px: ArrayLike, shape: tuple[int, ...], file: str | Non
     return corners
 
 
-_TABLES = (".csv", ".txt")
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ChartFit:
     """A camera fitted to a chart: the ``fit``, and how the ``chart`` was read, None if its values came in a table.
@@ -227,7 +225,7 @@ def is_table(chart: str | Path) -> bool:
     >>> is_table("chart.csv"), is_table(Path("chart.NEF"))
     (True, False)
     """
-    return str(chart).lower().endswith(_TABLES)
+    return str(chart).lower().endswith(ENDINGS)
 
 
 def fit_camera_to_chart(

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, Field, model_validator
 from devices.camera import ExposureSpec
 from documents import Finding, InputError
 from documents.files import tidy
+from documents.tables import ENDINGS
 from documents.yaml import Path_
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import View
@@ -118,7 +119,7 @@ class PhotographsRecipe(FilesRecipe):
         files: dict[str, Path_] = {}
         if self.camera is not None:
             files[self.camera] = ("camera",)
-        if self.spectral is not None and (self.spectral.illuminant or "").lower().endswith(".csv"):
+        if self.spectral is not None and (self.spectral.illuminant or "").lower().endswith(ENDINGS):
             files[str(self.spectral.illuminant)] = ("spectral", "illuminant")
         return files
 

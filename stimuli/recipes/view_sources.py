@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 from devices.camera import CameraModel, Exposure
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
+from documents.tables import ENDINGS
 from stimuli.errors import StimulusError
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.exr_read import Decoding, read_exr_counted, refuse_other_observer
@@ -210,7 +211,7 @@ def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path, observer: str
     from stimuli.spectral.light import Illumination
 
     illuminant = spectral.illuminant
-    if illuminant is not None and illuminant.lower().endswith(".csv"):
+    if illuminant is not None and illuminant.lower().endswith(ENDINGS):
         illuminant = str(folder / illuminant)
     light = Illumination(illuminant, spectral.white_luminance_cd_m2, spectral.scale)
     read = read_spectral(path, spectral.quantity)

@@ -9,7 +9,7 @@ import numpy as np
 
 from documents import Finding
 from documents.arrays import Floats
-from documents.tables import Column, Form, Table
+from documents.tables import ENDINGS, Column, Form, Table
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 
@@ -41,7 +41,7 @@ def read_illuminant(name: str, wavelengths_nm: Floats) -> Floats:
     on, relative to 100 at 560 nm. Between tabulated wavelengths it is interpolated, beyond them it is 0.
     StimulusError if it does not cover 400..700 nm.
     """
-    if Path(name).suffix.lower() == ".csv":
+    if Path(name).suffix.lower() in ENDINGS:
         waves, values, _ = _read(Path(name), ("value",))
         return np.interp(wavelengths_nm, waves, values[:, 0], left=0.0, right=0.0)
     from colour.colorimetry.datasets import SDS_ILLUMINANTS

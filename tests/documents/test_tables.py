@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from devices.readings import read_measurements
 from devices.readings.colour_table import read_colours
 from devices.readings.sets import read_patches
 from documents import Finding, InputError
-from documents.tables import Column, Form
+from documents.tables import Column, Form, number_in
 from stimuli.spectral.curves import read_reflectances
 
 Reader = Callable[[Path], Any]
@@ -38,7 +39,7 @@ TABLES: dict[str, tuple[Reader, str]] = {
         lambda path: read_reflectances(path)[1]["grey"].tolist(),
         "wavelength_nm,grey\n380,0.5\n780,0.25\n",
     ),
-    "comparisons": (lambda path: read_table(path).wins.tolist(), "winner,loser,count\na,b,3\nb,a,1\n"),
+    "comparisons": (lambda path: read_table(path).wins.tolist(), "winner,loser,count\na,b,3\nb,a,1.5\n"),
 }
 
 
@@ -72,14 +73,48 @@ def test_what_is_no_text_is_refused(name: str, encoding: str, tmp_path: Path) ->
     assert caught.value.findings[0].file == str(file)
 
 
+def workbook(file: Path, *sheets: str) -> Path:
+    book = pytest.importorskip("openpyxl").Workbook()
+    for text in sheets:
+        sheet = book.create_sheet()
+        for line in text.splitlines():
+            numbers = [(cell, number_in(cell)) for cell in line.split(",")]
+            sheet.append([(cell or None) if number != number else number for cell, number in numbers])
+    book.save(file)
+    return file
+
+
 @pytest.mark.parametrize("name", TABLES)
-def test_a_workbook_is_named_as_one(name: str, tmp_path: Path) -> None:
-    file = tmp_path / "table.csv"
-    file.write_bytes(b"PK\x03\x04" + bytes(64))
+def test_a_workbook_reads_as_its_sheet(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read, text = TABLES[name]
+    file = workbook(tmp_path / "table.xlsx", text)
+    assert read(file) == read(_written(tmp_path, text))
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
     with pytest.raises(InputError) as caught:
-        TABLES[name][0](file)
+        read(file)
     (finding,) = caught.value.findings
     assert (finding.code, finding.file) == ("workbook", str(file))
+    assert "pip install openpyxl" in str(finding.remedy)
+
+
+def test_a_workbook_that_is_damaged_or_holds_two_sheets_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "cut.xlsx").write_bytes(workbook(tmp_path / "two.xlsx", "X,Y\n1,2\n", "X,Y\n1,2\n").read_bytes()[:900])
+    for name in ("cut.xlsx", "two.xlsx"):
+        with pytest.raises(InputError) as caught:
+            SEEN.read(tmp_path / name)
+        assert [finding.code for finding in caught.value.findings] == ["workbook"]
+
+
+def test_lines_of_a_workbook_are_its_rows(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        SEEN.read(workbook(tmp_path / "seen.xlsx", "# by: meter,1,2,3,4\n\nX (cd/m2),Y\n1,2\n#N/A,4\n"))
+    assert [(finding.line, finding.column) for finding in caught.value.findings] == [(5, 1)]
+
+
+def test_counts_have_one_decimal_mark(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read_table(_written(tmp_path, "winner;loser;count\na;b;1,5\nb;a;2.5\n"))
+    assert [(finding.line, finding.column) for finding in caught.value.findings] == [(3, 5)]
 
 
 SEEN = Form((Column("X", unit="cd/m²"), Column("Y"), Column("name", text=True, needed=False)))

@@ -94,7 +94,7 @@ def _changed(trial: Trial, path: str, values: Sequence[Any]) -> Trial:
         return trial
     given: dict[str, Any] = {
         "events": [("f12", seconds + 1) for _, seconds in trial.events],
-        "utc": "2027-01-01T00:00:00.000+00:00",
+        "utc": f"{trial.utc[:19]}.999+00:00" if trial.is_practice else "2027-01-01T00:00:00.000+00:00",
     }
     field = "members" if name == "stimuli" else name
     if name in given:
