@@ -218,7 +218,7 @@ class LineSource:
         """As `TableSource`."""
         while True:
             begin, self._lines.kept = self._reader.line_num, []
-            rows: list[Row] = []
+            rows: list[list[str]] = []
             wrong = None
             try:
                 rows.extend(islice(self._reader, BLOCK_ROWS))
@@ -226,16 +226,16 @@ class LineSource:
                 wrong = error
             if rows:
                 block = LineBlock(rows, self._lines.kept, begin, self.written.separator)
-                yield block if block.separator == "," else self._with_points(block)
+                yield block if block.separator == "," else self._with_points(block, rows)
             if wrong:
                 raise wrong
             if not rows:
                 return
 
-    def _with_points(self, block: LineBlock) -> LineBlock:
+    def _with_points(self, block: LineBlock, rows: list[list[str]]) -> LineBlock:
         """Return ``block`` with points for decimal commas; ResultsError where both are met, at the first other one."""
-        cells = {cell for row in block.rows for place, cell in enumerate(row) if place in self.counts}
-        marks = {mark for mark in ",." if any(mark in cell for cell in cells)}
+        met = {place: {row[place] for row in rows if place < len(row)} for place in self.counts}
+        marks = {mark for mark in ",." for cells in met.values() if any(mark in cell for cell in cells)}
         if len(self._marks | marks) > 1:
             each = ((place, *row) for row in block.numbered() for place in self.counts if place < len(row[0]))
             for place, row, number, line in each:
@@ -247,7 +247,12 @@ class LineSource:
         self._marks |= marks
         if "," not in marks:
             return block
-        return replace(block, rows=[with_points(row, self.counts) for row in block.rows], pointed=self.counts)
+        for place, cells in met.items():
+            pointed = {cell: cell.replace(",", ".") for cell in cells}
+            for own in rows:
+                if place < len(own):
+                    own[place] = pointed[own[place]]
+        return replace(block, pointed=self.counts)
 
 
 @dataclass(frozen=True)
