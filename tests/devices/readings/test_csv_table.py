@@ -257,7 +257,7 @@ def test_what_is_no_calibration_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="cals"):
         read_psychtoolbox(path)
     with pytest.raises(DeviceError, match="no known table"):
-        read_measurements(tmp_path / "d.xlsx")
+        read_measurements(tmp_path / "d.ods")
 
 
 def _row(*values: object) -> np.ndarray:
