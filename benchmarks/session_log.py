@@ -15,7 +15,8 @@ from curves import program, sized
 from promises import Promise
 
 from analysis.kinds import Trial, new_trial
-from analysis.records import FILE_NAME, check_log, new_header, read_session
+from analysis.records import FILE_NAME, new_header, read_session
+from analysis.seals import check_log
 from documents.files.chain import EMPTY, sealed
 from runner.session.folders import Recorder
 

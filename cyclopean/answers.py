@@ -101,7 +101,7 @@ def verify(*places: str | Path, mirror: str | Path | None = None, key: str | Pat
     >>> table[["lines", "chained_from", "complete", "findings"]].values.tolist()
     [[48, 1, True, []]]
     """
-    from analysis.records import check_results
+    from analysis.seals import check_results
 
     checked = check_results(*places, mirror=mirror, key=key)
     rows = [log.to_json() | {"findings": list(map(str, log.findings))} for log in checked.logs]

@@ -16,7 +16,6 @@ from analysis.observers.responses import catch_results
 from analysis.records.answered_by import who_answered
 from analysis.records.lines import Header
 from analysis.records.results import sessions_by_observer
-from analysis.records.seal import notes_on_seals
 from analysis.records.seen import Seen
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes, duration
@@ -28,6 +27,7 @@ from analysis.report.seen import NO_EYE, methods_words, white_place
 from analysis.report.shown import timing_facts
 from analysis.report.statistics import analysis_words, correction_words, draws_words, effect_words, p_words
 from analysis.report.words import counted, key_words, listed, plain
+from analysis.seals.seal import notes_on_seals
 from documents import Finding
 from documents.files import unprotected
 from documents.pages import Block, Column, Facts, Numbered, Paragraph, Section, Table

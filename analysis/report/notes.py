@@ -14,7 +14,6 @@ from analysis.power.smallest import SmallestDifference
 from analysis.ratings.ratings import preferences
 from analysis.records.answered_by import who_answered
 from analysis.records.codes import Sitting, notes_on_codes, notes_on_sittings
-from analysis.records.seal import notes_on_seals
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes
 from analysis.records.versions import Changes, Version
@@ -22,6 +21,7 @@ from analysis.report.estimate import Estimate
 from analysis.report.seen import filters_notes
 from analysis.report.words import counted, listed, some
 from analysis.scaling.lack_of_fit import OneScale
+from analysis.seals.seal import notes_on_seals
 from documents.files import unprotected
 
 FEWEST_FOR_CHOSEN_PAIRS = 5

@@ -82,7 +82,7 @@ def verify_command(
     computed again, each copy compared with its log, and each folder that was sealed with its seal. Every line that does
     not fit is named, and the exit status is then 1. Logs of older versions are unchained: nothing protects them.
     """
-    from analysis.records import check_results
+    from analysis.seals import check_results
     from documents.text import visible
 
     check = check_results(*results, mirror=mirror, key=key)
@@ -134,7 +134,7 @@ def seal_command(results: Path | None, replace: bool, key: Path | None, new_key:
 
 
 def _make_key(file: Path) -> Any:
-    from analysis.records import new_key
+    from analysis.seals import new_key
 
     with writing(file, "key", WorkError):
         key = new_key(file)

@@ -18,17 +18,8 @@ from types import TracebackType
 from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.records import (
-    FILE_NAME,
-    Change,
-    Header,
-    Resumption,
-    SessionLog,
-    copy_in_mirror,
-    latest_utc,
-    plain_code,
-    read_session,
-)
+from analysis.records import FILE_NAME, Change, Header, Resumption, SessionLog, latest_utc, plain_code, read_session
+from analysis.seals import copy_in_mirror
 from documents import Finding
 from documents.files import DurableLog, LogInUseError, Mirror, OwnedLock, in_use, make_private, remove_left, unwritable
 from documents.platform import sync_folder

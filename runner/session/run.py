@@ -14,7 +14,8 @@ from types import FrameType
 
 from analysis.errors import ResultsError
 from analysis.observers import FastAnswers, failed_tests, screened_out
-from analysis.records import FILE_NAME, SessionLog, check_log, read_session
+from analysis.records import FILE_NAME, SessionLog, read_session
+from analysis.seals import check_log
 from documents import Finding
 from documents.files import LogDisturbedError, in_use
 from documents.text import counted

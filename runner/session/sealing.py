@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib.metadata
 from pathlib import Path
 
-from analysis.records import SIGNATURE, Seal, read_private_key, read_results, read_seal, write_seal
+from analysis.records import read_results
+from analysis.seals import SIGNATURE, Seal, read_private_key, read_seal, write_seal
 from documents import Finding
 from documents.text import counted
 from runner.errors import SessionError
@@ -45,7 +46,7 @@ def seal_results(results: str | Path, *, replace: bool = False, key: str | Path 
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
-    >>> from analysis.records import check_seal
+    >>> from analysis.seals import check_seal
     >>> from runner.session import simulate
     >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
     >>> with TemporaryDirectory() as folder:

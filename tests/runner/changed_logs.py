@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, check_log, read_session
+from analysis.records import FILE_NAME, read_session
+from analysis.seals import check_log
 from runner.session import Recorder, Session
 from tests.answers import altered
 from tests.runner.every_kind import HEADER, Fickle, Stage, blocks_of

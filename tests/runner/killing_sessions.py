@@ -19,7 +19,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, check_log, read_session
+from analysis.records import FILE_NAME, read_session
+from analysis.seals import check_log
 from documents.files import compare_copy
 from runner.blocks import Block
 from runner.ports import Ask, KeyPress

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 import cyclopean
-from analysis.records import FILE_NAME, check_log, read_session, session_files
+from analysis.records import FILE_NAME, read_session, session_files
+from analysis.seals import check_log
 from devices.readings import MeasurementLog
 from documents import InputError
 from tests.runner.changed_logs import EDITS, edit, flip, recorded, refused

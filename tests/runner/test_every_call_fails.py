@@ -21,7 +21,8 @@ from typing import Any
 import pytest
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, check_log, read_session, session_files
+from analysis.records import FILE_NAME, read_session, session_files
+from analysis.seals import check_log
 from documents import InputError
 from runner.session import Recorder, Session
 from tests.runner.every_kind import VARIANTS, Fickle, OnTrial, Stage, blocks_of, opened

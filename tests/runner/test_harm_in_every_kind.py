@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, check_log, copy_in_mirror, read_session, session_files
+from analysis.records import FILE_NAME, read_session, session_files
+from analysis.seals import check_log, copy_in_mirror
 from documents.files import LogDisturbedError
 from documents.files import mirror as mirror_module
 from runner.session import Session

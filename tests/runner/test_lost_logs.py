@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, check_log, read_session, session_files
+from analysis.records import FILE_NAME, read_session, session_files
+from analysis.seals import check_log
 from documents.files import DurableLog, LogDisturbedError, durable_log
 from documents.files.chain import sealed
 from runner.errors import SessionError, SessionStoppedError

@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, check_log, read_session, session_files
+from analysis.records import FILE_NAME, read_session, session_files
+from analysis.seals import check_log
 from documents.files.owned_lock import STALE_S, Owner
 from runner.errors import SessionError, SessionStoppedError
 from runner.session import Recorder, SessionOptions, run_session

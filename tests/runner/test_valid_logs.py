@@ -13,7 +13,8 @@ import pytest
 from analysis.comparisons import grouped_comparisons
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, Change, Resumption, SessionLog, SessionTimes, check_log, pool, read_session
+from analysis.records import FILE_NAME, Change, Resumption, SessionLog, SessionTimes, pool, read_session
+from analysis.seals import check_log
 from runner.observers import plain_key
 from runner.ports import Ask, Browse, KeyPress, Rate
 from runner.session import Recorder, Session

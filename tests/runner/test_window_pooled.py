@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import SessionLog, check_log, read_session, session_files
+from analysis.records import SessionLog, read_session, session_files
+from analysis.seals import check_log
 from runner.protocol import read_experiment
 from tests.runner.pooled_sessions import asked, sit
 

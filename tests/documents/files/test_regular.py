@@ -19,7 +19,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.comparisons import read_any
-from analysis.records import check_log, read_session
+from analysis.records import read_session
+from analysis.seals import check_log
 from devices.display import read_display
 from devices.profiles import read_profile
 from devices.readings import read_measurements

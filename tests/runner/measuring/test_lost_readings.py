@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records import check_log
+from analysis.seals import check_log
 from devices.readings import MeasurementLog, read_session
 from tests.choice import nightly
 from tests.runner.harms import HARMS

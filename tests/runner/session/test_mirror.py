@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, check_results, copy_in_mirror, read_session, session_files
+from analysis.records import FILE_NAME, read_session, session_files
+from analysis.seals import check_results, copy_in_mirror
 from documents import InputError
 from documents.files import mirror as module
 from runner.session import SessionOptions, run_session, simulate

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, PooledBatch, SessionLog, check_log, read_session, session_files
+from analysis.records import FILE_NAME, PooledBatch, SessionLog, read_session, session_files
 from analysis.scaling import updated_posterior
+from analysis.seals import check_log
 from documents import counted_work
 from runner.ports import ChooseBatch, WindowClosed
 from runner.protocol import Experiment, read_experiment

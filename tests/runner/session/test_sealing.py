@@ -13,7 +13,8 @@ import pytest
 from filelock import FileLock
 
 from analysis.errors import ResultsError
-from analysis.records import check_seal, read_seal, session_files
+from analysis.records import session_files
+from analysis.seals import check_seal, read_seal
 from documents import InputError
 from runner.reports import ReportOptions, report_results
 from runner.session import seal_results

@@ -108,7 +108,7 @@ def _seal_again(results: Path, key: Path) -> None:
 
 
 def _sign_by_another_key(results: Path, key: Path) -> None:
-    from analysis.records import new_key
+    from analysis.seals import new_key
 
     new_key(key.with_name("forger"))
     _forge(results)

@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import SessionLog, check_results, read_session, session_files
+from analysis.records import SessionLog, read_session, session_files
+from analysis.seals import check_results
 from devices.timing_marks import Code, LslMarksSpec, Marked, MarkError, PortLostError, SerialMarksSpec, open_mark_port
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal

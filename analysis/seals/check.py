@@ -10,10 +10,10 @@ from typing import Any, ClassVar, Literal
 
 from analysis.errors import ResultsError
 from analysis.records.results import result_files
-from analysis.records.seal import SEAL, SealCheck, check_seal
 from analysis.records.session_record import FILE_NAME, RecordReader, refusal
-from analysis.records.signing import Key, read_key
 from analysis.records.versions import stays_in
+from analysis.seals.seal import SEAL, SealCheck, check_seal
+from analysis.seals.signing import Key, read_key
 from devices.readings import is_measurement_log
 from documents import Finding
 from documents.files import (

@@ -2,7 +2,7 @@
 
 A seal shows that nothing was changed, added or removed since. It is as good as the place where its own SHA-256 is
 printed, for who can write the folder can also seal it again; or as the key that it is signed with
-(`analysis.records.signing`).
+(`analysis.seals.signing`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
-from analysis.records.signing import SIGNATURE, Key, fault_of_signature, sign
+from analysis.seals.signing import SIGNATURE, Key, fault_of_signature, sign
 from documents import Finding
 from documents.files import looked_for, read_regular, sha256_of_file, write_whole
 from documents.yaml import Count

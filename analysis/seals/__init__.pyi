@@ -1,0 +1,11 @@
+from .check import check_log as check_log
+from .check import check_results as check_results
+from .check import copy_in_mirror as copy_in_mirror
+from .seal import Seal as Seal
+from .seal import check_seal as check_seal
+from .seal import notes_on_seals as notes_on_seals
+from .seal import read_seal as read_seal
+from .seal import write_seal as write_seal
+from .signing import SIGNATURE as SIGNATURE
+from .signing import new_key as new_key
+from .signing import read_private_key as read_private_key
