@@ -305,7 +305,7 @@ def _series(folder: Path) -> dict[str, Any]:
 
 
 def _bids(folder: Path) -> dict[str, Any]:
-    from analysis.bids import About, export_dataset
+    from extensions.bids import About, export_dataset
 
     export_dataset([_results(folder.parent, _FEW)], folder / "my_dataset", About("Small study", ("A. Author",)))
     return {}

@@ -9,9 +9,9 @@ from pathlib import Path
 from curves import program, seconds, sized
 from promises import Promise
 
-from analysis.bids.export import export_dataset
 from analysis.kinds import new_trial
 from analysis.records import FILE_NAME, new_header, read_session, session_files
+from extensions.bids.export import export_dataset
 
 STIMULI = tuple(f"s{index}" for index in range(10))
 COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}

@@ -1,7 +1,7 @@
-from .answers import export_bids as export_bids
 from .answers import read_results as read_results
 from .answers import report as report
 from .answers import verify as verify
+from .datasets import export_bids as export_bids
 from .pictures import build as build
 from .pictures import compare as compare
 from .pictures import delta_e as delta_e

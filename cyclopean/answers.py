@@ -7,7 +7,6 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.bids import About
 from documents.options import made, taking
 from runner.reports import ReportOptions
 
@@ -114,34 +113,6 @@ def verify(*places: str | Path, mirror: str | Path | None = None, key: str | Pat
             rows.append(by_file.setdefault(finding.file, {"file": finding.file, "findings": []}))
         by_file[finding.file]["findings"].append(str(finding))
     return pd.DataFrame(rows).astype(dict.fromkeys(("lines", "chained_from", "torn_bytes"), "Int64"), errors="ignore")
-
-
-@taking(About, "facts")
-def export_bids(*places: str | Path, folder: str | Path, **options: Any) -> Path:
-    """Write results as a BIDS dataset, as `cyclopean export` does and with the same options.
-
-    Parameters
-    ----------
-    places
-        Folders of sessions, from one station or many, or single session logs.
-    folder
-        Folder of the dataset; an earlier export there is replaced.
-    **options
-        Those of `analysis.bids.About` by their names, such as ``name="Gloss"`` or ``with_simulated=True``.
-
-    Returns
-    -------
-    pathlib.Path
-        The folder of the dataset.
-
-    Raises
-    ------
-    InputError
-        If there is no session, logs are damaged or contradict each other, or ``folder`` has other files.
-    """
-    from runner.reports import export_results
-
-    return export_results([Path(place) for place in places], Path(folder), made(About, options)).folder
 
 
 @taking(ReportOptions)

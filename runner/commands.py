@@ -41,7 +41,7 @@ OURS = {
     for module, names in {
         "about": ("doctor", "schema", "completion", "help"),
         "pictures": ("preview", "show", "compare"),
-        "results": ("report", "export", "verify", "seal", "watch", "scores", "power", "demo"),
+        "results": ("report", "verify", "seal", "watch", "scores", "power", "demo"),
         **{name: (name,) for name in ("new", "check", "run", "display", "camera", "stimuli")},
     }.items()
     for name in names

@@ -1,7 +1,11 @@
 from .answered_by import Pool as Pool
 from .answered_by import WhoAnswered as WhoAnswered
+from .answered_by import counts as counts
 from .answered_by import pool as pool
 from .answered_by import who_answered as who_answered
+from .codes import Sitting as Sitting
+from .codes import by_folder as by_folder
+from .codes import notes_on_codes as notes_on_codes
 from .codes import plain_code as plain_code
 from .growing_log import GrowingLog as GrowingLog
 from .lines import Change as Change
@@ -18,9 +22,11 @@ from .pooled_batches import PooledBatch as PooledBatch
 from .pooled_batches import wins_digest as wins_digest
 from .results import read_results as read_results
 from .results import refuse_mixtures as refuse_mixtures
+from .results import result_files as result_files
 from .seen import Seen as Seen
 from .seen import what_eyes_saw as what_eyes_saw
 from .session_record import FILE_NAME as FILE_NAME
+from .session_record import Record as Record
 from .session_record import SessionLog as SessionLog
 from .session_record import read_session as read_session
 from .session_record import session_files as session_files

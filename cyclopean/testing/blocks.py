@@ -13,7 +13,8 @@ import numpy as np
 
 from analysis.kinds import Trial
 from analysis.records import SessionLog, read_session, session_files
-from cyclopean.answers import export_bids, report
+from cyclopean.answers import report
+from cyclopean.datasets import export_bids
 from cyclopean.pictures import write_picture
 from cyclopean.sessions import check
 from cyclopean.testing.promises import BrokenPromiseError, must

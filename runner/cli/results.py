@@ -1,4 +1,4 @@
-"""Commands on results: `report`, `export`, `verify`, `seal`, `watch`, `scores`, `power` and `demo`."""
+"""Commands on results: `report`, `verify`, `seal`, `watch`, `scores`, `power` and `demo`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from runner.cli.options import PATH, Within, takes
 from runner.cli.output import Step, gives, say, show, tell
 
 if TYPE_CHECKING:
-    from analysis.bids import About
     from runner.reports import PowerOptions, ReportOptions, ScoresOptions
 
 _results = click.argument("results", nargs=-1, required=True, type=PATH, metavar="RESULTS...")
@@ -42,21 +41,6 @@ def report_command(
     if not as_json:
         tell(report_blocks(written.report))
     return written
-
-
-@click.command(name="export")
-@_results
-@click.option("-o", "--output", required=True, type=PATH, help="Folder of the dataset.")
-@takes("analysis.bids.About", "about", leave_out={"facts"})
-@gives()
-def export_command(results: tuple[Path, ...], output: Path, about: About, step: Step) -> Any:
-    """Write results as a BIDS dataset.
-
-    RESULTS are folders of sessions, from one station or many, or single session.jsonl files.
-    """
-    from runner.reports import export_results
-
-    return export_results(results, output, about, step)
 
 
 @click.command(name="verify")

@@ -10,7 +10,6 @@ from .options import ScoresOptions as ScoresOptions
 from .power import PowerStudy as PowerStudy
 from .power import study_power as study_power
 from .results import experiment_files as experiment_files
-from .results import export_results as export_results
 from .results import given_facts as given_facts
 from .results import report_results as report_results
 from .scores import Scored as Scored

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from analysis.bids import About, Export, export_dataset
 from analysis.errors import ResultsError
 from analysis.observers import check_tests
 from analysis.records import Header, kept_experiments, pool, read_results
 from analysis.report import Report, write_report
-from documents import Finding, InputError, WorkError
-from documents.files import read_regular_text, whole_file, writing
+from documents import Finding, InputError
+from documents.files import read_regular_text, whole_file
 from documents.fonts import undrawable
 from documents.text import JsonResult
 from documents.yaml import load_document
@@ -223,29 +222,6 @@ def given_facts(header: Header, experiment: Path | None, results: Path, versions
         if spec.facts and spec.name == header.experiment and spec.digest in versions:
             return spec.facts
     return {}
-
-
-def export_results(
-    results: Sequence[Path],
-    folder: Path,
-    about: About | None = None,
-    progress: Callable[[str, int, int], None] = lambda what, done, of: None,
-) -> Export:
-    """Write results as a BIDS dataset, as `export_dataset` does, with the facts that the experiments' files give.
-
-    Raises
-    ------
-    InputError
-        If there is no session, logs are damaged or contradict each other, or ``folder`` has other files.
-    WorkError
-        If the dataset cannot be written.
-    """
-
-    def facts(header: Header, versions: Collection[str], log: Path) -> Mapping[str, str]:
-        return given_facts(header, None, log.parents[3], versions)  # RESULTS/EXPERIMENT/OBSERVER/SESSION
-
-    with writing(folder, "dataset", WorkError):
-        return export_dataset(results, folder, about, progress, facts=facts)
 
 
 def experiment_files(header: Header, results: Path) -> list[Path]:

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from analysis.bids import About, export_dataset
 from analysis.kinds import KINDS, PRACTICE
 from analysis.records import SessionLog, read_results, read_session, session_files
 from analysis.report import write_report
+from extensions.bids import About, export_dataset
 from runner.session import SessionOptions, run_session
 
 RECORDED = Path(__file__).parent / "recorded"

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from analysis.bids import export_dataset
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, SessionLog, read_session
 from analysis.report import describe, write_report
 from analysis.series import gather
 from documents import InputError
+from extensions.bids import export_dataset
 from runner.check import CheckOptions, check_file
 from runner.session import SessionOptions, run_session, simulate
 from tests.answers import changed

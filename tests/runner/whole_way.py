@@ -9,10 +9,10 @@ from typing import Any
 
 from rich.console import Console
 
-from analysis.bids import export_dataset
 from analysis.records import FILE_NAME, SessionLog, read_session
 from analysis.report import describe, report_blocks, write_report
 from documents.pages import print_blocks
+from extensions.bids import export_dataset
 from runner.check import CheckOptions, check_file
 from runner.session import SessionOptions, run_session, simulate
 

@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from analysis.bids import export_dataset
 from analysis.comparisons import read_any
 from analysis.comparisons.layouts import LAYOUTS
 from analysis.errors import ResultsError
@@ -29,6 +28,7 @@ from analysis.power.results import Power
 from analysis.power.studies import run
 from analysis.records import FILE_NAME, new_header
 from benchmarks.power import by_report
+from extensions.bids import export_dataset
 from tests.analysis.power.test_simulation import report_on
 from tests.answers import new_answer
 from tests.kept import known

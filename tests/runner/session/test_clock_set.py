@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from analysis.bids import export_dataset
 from analysis.records import FILE_NAME, SessionLog, read_session
 from analysis.report import describe
+from extensions.bids import export_dataset
 from runner.observers import plain_key
 from runner.ports import Ask, KeyPress, WindowClosed
 from runner.protocol import read_experiment

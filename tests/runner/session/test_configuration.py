@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.bids import export_dataset
 from analysis.records import kept_experiments, kept_files, read_session, session_files
+from extensions.bids import export_dataset
 from runner.errors import SessionError
 from runner.protocol import copy_experiment, read_experiment, shipped_experiment
 from runner.reports import report_results

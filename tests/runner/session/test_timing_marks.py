@@ -317,7 +317,7 @@ def test_marks_are_checked_when_a_log_is_read(study: Study, unchained: Callable[
 
 
 def test_the_export_describes_the_marks(study: Study) -> None:
-    from analysis.bids import export_dataset
+    from extensions.bids import export_dataset
 
     with serial_line(study) as (port, _):
         run(study)

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from analysis.bids.text import escape
-from analysis.kinds.kinds import KINDS
-from analysis.kinds.trial import Trial
+from analysis.kinds import KINDS, Trial
+from extensions.bids.text import escape
 
 Place = tuple[str, ...]
 

@@ -11,14 +11,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from analysis.bids.options import About
-from analysis.bids.sources import Source
-from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
-from analysis.records.answered_by import WhoAnswered
+from analysis.records import WhoAnswered
 from documents import Finding
 from documents.files import read_cached_json, whole_folder
 from documents.text import counted
+from extensions.bids.options import About
+from extensions.bids.sources import Source
+from extensions.bids.text import escape, write_json, write_table
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"

@@ -14,17 +14,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.bids import export_dataset, unescape
-from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
-from analysis.bids.dataset import check_replaceable, replacing
-from analysis.bids.export import time_cell
-from analysis.bids.sidecars import describe, trial_type
-from analysis.bids.sources import Sources, find_sources, log_files
-from analysis.bids.text import cell, escape, inert_json
 from analysis.errors import ResultsError
 from analysis.records import Resumption, read_results
 from analysis.records.results import refuse_mixtures
 from analysis.report.notes import on_sessions
+from extensions.bids import export_dataset, unescape
+from extensions.bids.columns import FIXED, Column, ColumnCollector, flatten
+from extensions.bids.dataset import check_replaceable, replacing
+from extensions.bids.export import time_cell
+from extensions.bids.sidecars import describe, trial_type
+from extensions.bids.sources import Sources, find_sources, log_files
+from extensions.bids.text import cell, escape, inert_json
 from tests.answers import changed, new_answer
 
 

@@ -6,14 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from analysis.bids.columns import Column
-from analysis.bids.sources import Source
-from analysis.bids.text import escape
-from analysis.kinds.kinds import KINDS
-from analysis.kinds.trial import ColumnWords, Trial
-from analysis.records.seen import Seen
-from analysis.records.session_record import SessionLog
-from analysis.records.times import SessionTimes
+from analysis.kinds import KINDS, ColumnWords, Trial
+from analysis.records import Seen, SessionLog, SessionTimes
+from extensions.bids.columns import Column
+from extensions.bids.sources import Source
+from extensions.bids.text import escape
 
 # Names that experiments often give; those of a kind of trial stand in its file.
 _EXACT: Mapping[str, ColumnWords] = {

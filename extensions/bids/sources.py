@@ -10,10 +10,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.errors import ResultsError
-from analysis.records.answered_by import WhoAnswered, counts
-from analysis.records.codes import Sitting, by_folder, notes_on_codes
-from analysis.records.results import result_files
-from analysis.records.session_record import FILE_NAME, SessionLog, read_session
+from analysis.records import (
+    FILE_NAME,
+    SessionLog,
+    Sitting,
+    WhoAnswered,
+    by_folder,
+    counts,
+    notes_on_codes,
+    read_session,
+    result_files,
+)
 from documents import Finding, InputError
 from documents.files import MOST_LOG_BYTES, read_regular
 

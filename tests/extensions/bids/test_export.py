@@ -16,9 +16,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from analysis.bids import About, export_dataset, unescape
 from analysis.errors import ResultsError
 from analysis.records import Change, Mark, Note, Resumption, read_session
+from extensions.bids import About, export_dataset, unescape
 from tests.answers import changed
 
 # From sessions to a dataset: what stands in the tables is what was recorded.

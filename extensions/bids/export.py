@@ -14,21 +14,17 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
-from analysis.bids.dataset import check_replaceable, replacing, write_dataset_files
-from analysis.bids.options import About
-from analysis.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_sidecar, task_sidecar, trial_type
-from analysis.bids.sources import Source, find_sources, log_files, without_simulated
-from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
-from analysis.records.answered_by import WhoAnswered
-from analysis.records.lines import Header
-from analysis.records.session_record import Record, SessionLog, read_session
-from analysis.records.times import SessionTimes
-from analysis.records.versions import kept_files
+from analysis.records import Header, Record, SessionLog, SessionTimes, WhoAnswered, kept_files, read_session
 from documents import Finding
 from documents.files import MOST_LOG_BYTES, read_regular
 from documents.text import counted
+from extensions.bids.columns import FIXED, Column, ColumnCollector, flatten
+from extensions.bids.dataset import check_replaceable, replacing, write_dataset_files
+from extensions.bids.options import About
+from extensions.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_sidecar, task_sidecar, trial_type
+from extensions.bids.sources import Source, find_sources, log_files, without_simulated
+from extensions.bids.text import MISSING, cell, write_json, write_table
 
 Progress = Callable[[str, int, int], None]
 FactsOf = Callable[[Header, Collection[str], Path], Mapping[str, str]]
