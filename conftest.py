@@ -138,7 +138,7 @@ def evaluate_yaml(example: Example) -> None:
             own = {key: data[key] for key in ("observer",) if key in data}
             display = {**_DISPLAY, "modes": {data["mode"]: {**_MODE, **own}}}
             (file.parent / _RIG["display"]).write_text(json.dumps(display), encoding="utf-8")
-    report = check_file(file, CheckOptions(screen="skip", pictures=False))
+    report = check_file(file, CheckOptions(screen=False, pictures=False))
     assert not report.errors, [str(error) for error in report.errors]
 
 

@@ -75,7 +75,7 @@ def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:
 
     from runner.check import TRIED_OBSERVERS, CheckOptions, check_file
 
-    options = CheckOptions(screen="skip", pictures=pictures, observers=TRIED_OBSERVERS)
+    options = CheckOptions(screen=False, pictures=pictures, observers=TRIED_OBSERVERS)
     report = check_file(Path(path), options)
     rows: list[dict[str, Any]] = [{"severity": "error", **asdict(finding)} for finding in report.errors]
     rows += [{"severity": "warning", **asdict(finding)} for finding in report.warnings]
@@ -175,7 +175,7 @@ def demo(folder: str | Path = "results/demo", *, observers: int = 30) -> Result[
     """
     from runner.reports import run_demo
 
-    done = run_demo(observers, folder)
+    done = run_demo(observers, results=folder)
     pairs = done.report.pairs
     rows = [] if pairs is None else [item.to_json() for item in pairs.scores.items]
     return Result(done, rows, f"Demonstration with {observers} simulated observers; report: {done.page}")

@@ -5,22 +5,26 @@ A field's name, type, default and line in the docstring are those of the option;
 
 from __future__ import annotations
 
+import ast
 import importlib
+import importlib.util
 import inspect
 import math
 import re
 import sys
 import types
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import Field, dataclass, fields, is_dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import Field, dataclass, field, fields, is_dataclass, make_dataclass
 from functools import cache
+from importlib.abc import InspectLoader
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from documents.findings import Finding, InputError
 from documents.text.words import did_you_mean
 
 Made = TypeVar("Made")
+_WRITTEN = Literal, Sequence  # what annotations of parameters name, beside what is used here
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +47,8 @@ class Typed:
         What the field is where the flag, which then takes no value, is typed.
     read
         The function that makes the value of the text, by its full name: ``devices.camera.read_camera``.
+    place
+        Whether it is typed without a flag although it has a default.
     """
 
     flag: str = ""
@@ -53,6 +59,7 @@ class Typed:
     between: str = ","
     value: str | None = None
     read: str = ""
+    place: bool = False
 
 
 MONITOR = Typed("--monitor", "NAME|NUMBER")
@@ -84,6 +91,46 @@ def described(kind: type) -> dict[str, str]:
     return {name: " ".join(text) for name, text in told.items()}
 
 
+@cache
+def parameters_of(function: str) -> Any:
+    """Return a dataclass with the parameters of a function, by its full name, and with its docstring.
+
+    They are read from the source, so that help appears before what the function needs is imported; defaults must be
+    plain values. ``taken`` is the full name of the dataclass of its parameter ``options``, ``several`` what takes any
+    number of values; empty if it has none.
+
+    Examples
+    --------
+    >>> [each.name for each in fields(parameters_of("documents.options.read_text"))]
+    ['function', 'text']
+    """
+    module, _, name = function.rpartition(".")
+    loader = getattr(importlib.util.find_spec(module), "loader", None)
+    tree = ast.parse((loader.get_source(module) if isinstance(loader, InspectLoader) else None) or "")
+    parts = {part.name: part for part in tree.body if isinstance(part, ast.FunctionDef)}
+    own = [part for part in ast.walk(tree) if isinstance(part, ast.ImportFrom)]
+    whole = {alias.name: f"{part.module}.{alias.name}" for part in own for alias in part.names}
+    given, options = parts[name].args, ""
+    several = [given.vararg] if given.vararg else []
+    defaults = [None] * (len(given.args) - len(given.defaults)) + given.defaults + [None for _ in several]
+    found = []
+    for each, default in zip(given.args + several + given.kwonlyargs, defaults + given.kw_defaults, strict=True):
+        of = ast.unparse(each.annotation) if each.annotation else "Any"
+        if each.arg == "options":
+            options = whole[of.removesuffix(" | None")]
+        found.append((each.arg, of, field(default=_plain_value(default)) if default else field()))
+    about = {"__doc__": ast.get_docstring(parts[name]), "taken": options, "__module__": __name__}
+    about["several"] = several[0].arg if several else ""
+    return make_dataclass(name, found, namespace=about, kw_only=True)
+
+
+def _plain_value(default: ast.expr) -> Any:
+    try:
+        return ast.literal_eval(default)
+    except ValueError:  # of what is no option, such as a function that is called
+        return None
+
+
 def type_of(kind: type[Any], field: Field[Any]) -> tuple[Typed, Any, bool]:
     """Return what a field's annotation says of how it is typed, its type without None, and whether None is one."""
     of: Any = _evaluated(field, dict(vars(sys.modules[kind.__module__])))
@@ -112,6 +159,11 @@ def read_text(function: str, text: str) -> Any:
     """Return what a function, by its full name as `Typed` has it, makes of a text."""
     module, _, name = function.rpartition(".")
     return getattr(importlib.import_module(module), name)(text)
+
+
+def names_of(text: str) -> tuple[str, ...]:
+    """Return names with commas between."""
+    return tuple(name.strip() for name in text.split(","))
 
 
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -36,16 +36,7 @@ COMMANDS = {
     "help": "Print the help text of a command.",
 }
 # Where each is; those that are not here are our extensions', which have a line above so that the help loads nothing.
-OURS = {
-    name: f"runner.cli.{module}:{name}_command"
-    for module, names in {
-        "about": ("doctor", "schema", "completion", "help"),
-        "pictures": ("preview", "show", "compare"),
-        "results": ("report", "verify", "seal", "watch", "scores", "power", "demo"),
-        **{name: (name,) for name in ("new", "check", "run", "display", "camera", "stimuli")},
-    }.items()
-    for name in names
-}
+OURS = {name: f"runner.cli.functions:{name}_command" for name in COMMANDS if name not in ("agreement", "export")}
 
 
 @cache

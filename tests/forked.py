@@ -27,7 +27,7 @@ IMPORTED = (
     "PIL.Image",
     "rich.progress",
     "runner.cli.main",
-    "runner.cli.run",
+    "runner.cli.commands",
     "runner.session.run",
     "runner.session.picture_source",
     "runner.presenter.presenter",

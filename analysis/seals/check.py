@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from analysis.errors import ResultsError
 from analysis.records.results import result_files
@@ -28,6 +28,7 @@ from documents.files import (
     unprotected,
     unreadable,
 )
+from documents.options import Typed
 from documents.text import JsonResult, counted, visible
 
 _BEGINNING = 4096
@@ -76,12 +77,18 @@ class LogCheck(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class ResultsCheck:
-    """Logs and seals that were checked; ``others`` says which could not be, and which logs no seal names that must."""
+class ResultsCheck(JsonResult):
+    """Logs and seals that were checked; ``others`` says which could not be, and which logs no seal names that must.
+
+    ``strict`` says that a log counts as wrong also where it is unchained.
+    """
 
     logs: tuple[LogCheck, ...]
     seals: tuple[SealCheck, ...]
     others: tuple[Finding, ...] = ()
+    strict: bool = False
+    json_names: ClassVar = "logs seals faults"
+    json_keys: ClassVar = {"faults": "findings"}
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -89,13 +96,25 @@ class ResultsCheck:
         in_logs = (finding for log in self.logs for finding in log.findings)
         return (*in_logs, *(finding for seal in self.seals for finding in seal.findings), *self.others)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the check as plain JSON."""
-        return {
-            "logs": [log.to_json() for log in self.logs],
-            "seals": [seal.to_json() for seal in self.seals],
-            "findings": [_finding_json(finding) for finding in self.findings],
-        }
+    @property
+    def faults(self) -> list[dict[str, Any]]:
+        """The findings, each with its file, line, message and remedy."""
+        return [_finding_json(finding) for finding in self.findings]
+
+    @property
+    def weak(self) -> tuple[LogCheck, ...]:
+        """The logs that are unchained, if that counts as wrong."""
+        return tuple(log for log in self.logs if self.strict and log.chained_from != 1)
+
+    @property
+    def exit_status(self) -> int:
+        """1 if anything does not fit."""
+        return int(bool(self.findings or self.weak))
+
+    def apart(self, as_json: bool) -> Iterator[str]:
+        """Yield a line for all that does not fit, but for what the JSON has."""
+        yield from (f"error: {finding}" for finding in (() if as_json else self.findings))
+        yield from (f"error: {visible(str(log.file))}: this log is {log.checksums}" for log in self.weak)
 
     def told(self) -> Iterator[str]:
         """Yield a line for each log and each seal; where all fits, what protects them."""
@@ -250,18 +269,28 @@ def _lies_in(folder: Path, file: Path) -> bool:
     return any(Path(os.path.abspath(file)).is_relative_to(place) for place in places) and stays_in(folder, file)
 
 
-def check_results(*places: str | Path, mirror: str | Path | None = None, key: str | Path | None = None) -> ResultsCheck:
-    """Check every log in ``places``, sessions and measurements, and the seal of each folder that has one.
+def check_results(
+    *places: Annotated[str | Path, Typed(metavar="RESULTS...")],
+    mirror: str | Path | None = None,
+    strict: bool = False,
+    key: str | Path | None = None,
+) -> ResultsCheck:
+    """Check that results are as they were recorded.
+
+    RESULTS are folders of sessions and measurements, from one station or many, or single logs. Each line's checksum is
+    computed again, each copy compared with its log, and each folder that was sealed with its seal. Every line that does
+    not fit is named, and the exit status is then 1. Logs of older versions are unchained: nothing protects them.
 
     Parameters
     ----------
     places
         Folders of results, from one station or many, or single logs.
     mirror
-        Folder of the copies to compare with; None for the one that a session's header names, if it lies in one of the
-        ``places``.
+        Folder of the copies. Default: the one that the rig of a session named, if it lies in RESULTS.
+    strict
+        Exit status 1 also for a log that is unchained, from its first line or at all.
     key
-        File of the key, public or private, with which a seal must be signed that names each log; None if none need be.
+        Public key of who sealed the results: a seal that it signed must name each log.
 
     Returns
     -------
@@ -307,7 +336,7 @@ def check_results(*places: str | Path, mirror: str | Path | None = None, key: st
             others += error.findings
     if signer is not None:
         others += _unsigned(files, seals, signer)
-    return ResultsCheck(tuple(logs), tuple(seals), tuple(others))
+    return ResultsCheck(tuple(logs), tuple(seals), tuple(others), strict)
 
 
 def _unsigned(files: Iterable[Path], seals: Iterable[SealCheck], key: Key) -> Iterator[Finding]:

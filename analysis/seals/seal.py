@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -23,6 +23,7 @@ from analysis.records.session_record import SessionLog
 from analysis.seals.signing import SIGNATURE, Key, fault_of_signature, sign
 from documents import Finding
 from documents.files import looked_for, read_regular, sha256_of_file, write_whole
+from documents.text import JsonResult, counted
 from documents.yaml import Count
 
 SEAL = "seal.json"
@@ -51,25 +52,39 @@ class SealContent(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class Seal:
-    """The seal at ``file``, with its bytes ``data``; ``digest`` is their SHA-256, for a paper to cite."""
+class Seal(JsonResult):
+    """The seal at ``file``, with its bytes ``data``; ``digest`` is their SHA-256, for a paper to cite.
+
+    ``key`` is the file of the key that it was just signed with.
+    """
 
     file: Path
     data: bytes
     content: SealContent
+    key: Path | None = None
+    json_names: ClassVar = "file digest content"
+    json_keys: ClassVar = {"file": "seal", "digest": "sha256", "content": "*"}
 
     @property
     def digest(self) -> str:
         """The SHA-256 of the file."""
         return hashlib.sha256(self.data).hexdigest()
 
-    def to_json(self) -> dict[str, Any]:
-        """Return all of it as plain JSON."""
-        return {"seal": str(self.file), "sha256": self.digest, **self.content.model_dump(mode="json")}
+    def told(self) -> Iterator[str]:
+        """Yield what was sealed, how to cite it, and how to compare the folder with it."""
+        content, folder = self.content, self.file.parent
+        people = counted(content.observers, "observer", "observers")
+        sessions = f"{counted(content.sessions, 'session', 'sessions')} of {people}"
+        yield f"Sealed: {counted(len(content.files), 'file', 'files')}, {sessions}: {self.file}"
+        yield f"Cite it by its SHA-256: {self.digest}"
+        if self.key is not None:
+            yield f"Signed: {folder / SIGNATURE}"
+        with_key = f" --key {self.key}" if self.key else ""
+        yield f"Compare the folder with it: cyclopean verify {folder}{with_key}"
 
 
 @dataclass(frozen=True, slots=True)
-class SealCheck:
+class SealCheck(JsonResult):
     """Whether a folder is as it was sealed: ``findings`` are the files that changed, are missing or came later.
 
     ``signed`` says that there is a signature; ``signed_by`` is the name of the key that was given and that it fits,
@@ -80,6 +95,8 @@ class SealCheck:
     findings: tuple[Finding, ...]
     signed: bool = False
     signed_by: str | None = None
+    json_names: ClassVar = "seal.file seal.digest signed signed_by changed"
+    json_keys: ClassVar = {"seal.file": "seal", "seal.digest": "sha256", "changed": "findings"}
 
     @property
     def signature(self) -> str:
@@ -88,11 +105,10 @@ class SealCheck:
             return f"signed by the key {self.signed_by}"
         return "signed, not checked without --key" if self.signed else "not signed"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return what differs as plain JSON."""
-        changed = [{"file": finding.file, "message": finding.message} for finding in self.findings]
-        signature = {"signed": self.signed, "signed_by": self.signed_by}
-        return {"seal": str(self.seal.file), "sha256": self.seal.digest, **signature, "findings": changed}
+    @property
+    def changed(self) -> list[dict[str, str | None]]:
+        """What differs, by file."""
+        return [{"file": finding.file, "message": finding.message} for finding in self.findings]
 
 
 def files_to_seal(folder: Path) -> Iterator[Path]:
@@ -293,4 +309,4 @@ def write_seal(
     data = text.encode("utf-8")
     if key is not None:
         sign(data, key, folder)
-    return Seal(folder / SEAL, data, content)
+    return Seal(folder / SEAL, data, content, None if key is None else key.file)

@@ -9,13 +9,15 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.files import inside, read_regular, whole_file
+from documents.text import JsonResult
 
 SIGNATURE = "seal.sig"
 _BYTES = 64
@@ -25,7 +27,7 @@ _PUBLIC = ".pub"
 
 
 @dataclass(frozen=True, slots=True)
-class Key:
+class Key(JsonResult):
     """A key that was read: ``private`` if it can sign, and ``public``, as the package cryptography has them.
 
     ``name`` are the first digits of the SHA-256 of the public key: enough to tell keys apart.
@@ -35,6 +37,19 @@ class Key:
     private: Any | None
     public: Any
     name: str
+    json_names: ClassVar = "file public_file name"
+    json_keys: ClassVar = {"file": "private_key", "public_file": "public_key"}
+
+    @property
+    def public_file(self) -> str:
+        """The file beside it, for others."""
+        return f"{self.file}{_PUBLIC}"
+
+    def told(self) -> Iterator[str]:
+        """Yield what each of the two files is for."""
+        yield f"Private key: {self.file}. Keep it from others, and a copy of it: it cannot be made again."
+        yield f"Public key, for all who are to check what you sign: {self.public_file}, named {self.name}"
+        yield f"Sign with it: cyclopean seal RESULTS --key {self.file}"
 
 
 def new_key(file: Path) -> Key:

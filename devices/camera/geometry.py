@@ -180,7 +180,9 @@ class CameraGeometry(JsonResult):
 
 
 def plan_geometry(options: GeometryOptions) -> CameraGeometry:
-    """Return the camera of which two of lens, distance and resolution are given; the third follows.
+    """Pixels per millimetre from sensor, lens and distance, and back.
+
+    Give two of --focal-mm, --distance-mm and --px-per-mm; the third follows. The camera looks straight at a plane.
 
     Raises
     ------

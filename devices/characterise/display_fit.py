@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from devices.readings import PROFILE_ENDINGS, Measurements, PatchEye, carried
 from devices.readings.spectra import for_observer
 from documents import Finding, one_blas_thread
 from documents.arrays import Floats
-from documents.options import made, taking
+from documents.options import Typed, made, taking
 from documents.pages import Block
 from documents.text import JsonResult, counted
 
@@ -87,8 +87,22 @@ def fit_display(
     return _fit(measurements, made(FitOptions, options), without_glasses, file)
 
 
-def fit_file(file: str | Path, options: FileOptions | None = None) -> DisplayFit | ProfileMode:
-    """Fit display models to a file of measurements, and write the chosen one into a display file.
+def fit_file(
+    file: Annotated[str | Path, Typed(metavar="FILE", read="builtins.str")], options: FileOptions | None = None
+) -> DisplayFit | ProfileMode:
+    """Fit display models to measurements and choose the one that predicts best.
+
+    FILE is a table of measurements: CSV, ArgyllCMS .ti3, a Psychtoolbox calibration .mat, the .jsonl of
+    `display measure`, or an ICC profile. Every model is judged on readings that it was not fitted to. Where the file
+    has readings of either eye, each is fitted by itself. Where patches that were read again show that the light drifted
+    during the run, the readings are brought to its end. Readings beside the other eye's picture, at places of a grid
+    and without glasses (@ in their names) give crosstalk, a gain map, and what the glasses take.
+
+    Of an ICC profile without measurements inside, the table is asked for colours, which are fitted. Its matrix and
+    curves are taken as they are, unless --model names another model.
+
+    With -o the chosen model, crosstalk and gain map go into a mode of a display file. All else in the file stays, and
+    what the mode has already is overwritten only with --replace. With --eye, the mode gets that eye alone.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -28,6 +28,7 @@ from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
 from documents.files import write_whole, writing
+from documents.options import Typed
 from documents.text import JsonResult
 from documents.yaml import FileModel, NotNegative, Positive
 
@@ -192,14 +193,19 @@ class NominalFile(JsonResult):
 
 
 def write_nominal_display(
-    path: Path, options: NominalOptions | None = None, ask_monitor: AskMonitor | None = None
+    path: Annotated[Path, Typed("-o --output")],
+    options: NominalOptions | None = None,
+    ask_monitor: AskMonitor | None = None,
 ) -> NominalFile:
-    """Write the display file of a nominal display, which serves every stereo mode, with comments.
+    """Write the file of a nominal display, to begin with before it is measured.
+
+    A nominal display shows colours by a standard, in every stereo mode. Every record and report of its sessions says
+    "nominal, not measured". Nothing is overwritten.
 
     Parameters
     ----------
     path
-        The file to write; its folder must be there, and the file must not.
+        Display file to write: NAME.yaml.
     options
         The standard, white, black and panel.
     ask_monitor

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from analysis.observers import keep
 from analysis.records import Header, SessionLog, read_results, what_eyes_saw, who_answered
 from documents import Finding, WorkError, did_you_mean
 from documents.files import writing
+from documents.options import Typed
 from documents.pages import Block
 from documents.text import JsonResult
 from extensions.agreement.comparison import agree
@@ -62,19 +63,23 @@ class WrittenAgreement(JsonResult):
 
 
 def compare_with_observers(
-    results: Sequence[Path],
-    measures: Sequence[str],
+    results: Annotated[Sequence[Path], Typed(metavar="RESULTS...")],
+    measures: Annotated[Sequence[str], Typed("--measures", "NAME,...", read="documents.options.names_of")],
     options: AgreementOptions | None = None,
     progress: Progress = no_progress,
 ) -> WrittenAgreement:
-    """Compare measures of the pictures that an experiment showed with what its observers said.
+    """Compare measures of an experiment's pictures with its observers.
+
+    RESULTS are folders of sessions of one experiment. Every stimulus is measured beside its photograph, as the display
+    showed both and from the distance in the record. Reported are correlations with observers' scores, how many of the
+    pairs that observers tell apart the measure puts in order, and what a limit says of the photograph's class.
 
     Parameters
     ----------
     results
         Folders of sessions, from one station or many, or single session logs.
     measures
-        Names of `stimuli.measures.measure_names`, or ``all``.
+        Measures of pictures, such as delta-e-2000,flip; all for those that are installed.
     options
         Which stimuli are the photographs, the measures' limits, and what to write.
     progress

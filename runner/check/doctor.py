@@ -8,15 +8,16 @@ import platform
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
-from devices.display import Rig, panel_of_monitor
+from devices.display import AskMonitor, Rig, panel_of_monitor, read_rig
 from devices.readings import INSTRUMENTS
 from documents import InputError
 from documents.extensions import Registry, installed
+from documents.options import MONITOR, Typed
+from documents.text import JsonResult
 from runner.blocks.registry import BLOCKS
 from runner.check.signal_path import SignalFact, examine_signal_path
 from runner.check.timing_marks import MarkLatency, measure_marks
@@ -67,35 +68,66 @@ class SurfaceReport:
     modes: Mapping[str, str | None] = field(default_factory=dict)
     ten_bits: TenBits | None = None
 
-
-@dataclass(frozen=True, slots=True)
-class MonitorReport:
-    """A monitor: what `--monitor` and a rig's ``monitor`` name it by, what it reports, and the gamma table on it.
-
-    ``size_mm`` is None where the monitor does not report its size, ``refresh_hz`` where it does not report its rate;
-    ``line`` is all of it but the gamma table in a line. ``size`` says whether the panel of a nominal display can be
-    taken from what it reports.
-    """
-
-    number: int
-    name: str
-    resolution_px: tuple[int, int]
-    size_mm: tuple[int, int] | None
-    refresh_hz: float | None
-    position_px: tuple[int, int]
-    primary: bool
-    gamma_table: str
-    size: str
-    line: str
+    def told(self) -> Iterator[str]:
+        """Yield what it can do, in lines."""
+        facts, ten_bits = self.facts, self.ten_bits
+        if facts is None or ten_bits is None:
+            yield f"  not here: {self.problem}"
+            return
+        yield f"  {facts.renderer}, OpenGL {facts.gl_version}, display server {facts.display_server}"
+        yield f"  colours computed in {facts.arithmetic}"
+        for remark in facts.remarks:
+            yield f"  {remark}"
+        for mode, reason in self.modes.items():
+            yield f"  {mode}: {'yes' if reason is None else f'no, {reason}'}"
+        yield f"  codes of 10 bits: {'yes' if ten_bits.given else f'no, {ten_bits.problem}'}"
 
 
 @dataclass(frozen=True, slots=True)
-class MachineReport:
+class MonitorReport(JsonResult):
+    """A ``monitor``: what `--monitor` and a rig's ``monitor`` name it by, and what it reports of itself."""
+
+    monitor: Monitor
+    json_names: ClassVar = (
+        "monitor.number monitor.name monitor.size_px size_mm monitor.refresh_hz monitor.position_px primary "
+        "gamma_table size monitor.line"
+    )
+    json_keys: ClassVar = {"monitor.size_px": "resolution_px"}
+
+    @property
+    def size_mm(self) -> tuple[int, int] | None:
+        """Its size; None where it does not report it."""
+        return self.monitor.size_mm if all(self.monitor.size_mm) else None
+
+    @property
+    def primary(self) -> bool:
+        """Whether it is the primary one."""
+        return self.monitor.number == 1
+
+    @property
+    def gamma_table(self) -> str:
+        """The gamma table on it, in words."""
+        return self.monitor.gamma_table.sentence()
+
+    @property
+    def size(self) -> str:
+        """The size that it reports, with the pixel pitch, or with why it cannot be true."""
+        reported = self.monitor.reported
+        size = f"{reported.size_mm[0]} x {reported.size_mm[1]} mm as it reports itself"
+        try:
+            return f"{size}: pixels of {panel_of_monitor(reported).pixel_pitch_mm:g} mm"
+        except InputError as error:
+            return f"{error.findings[0].message}; state the panel of a nominal display"
+
+
+@dataclass(frozen=True, slots=True)
+class MachineReport(JsonResult):
     """The versions of the software, where its packages are, and what surfaces, monitors and signal path are like.
 
     ``extensions`` are other packages that add to this one, by name and version, with what each adds or why it cannot.
     ``measures`` are those of two pictures by name, with what to install, None where nothing is missing. ``keyboard`` is
-    None without a display server.
+    None without a display server. ``rig_not_measured`` is what of the ``rig``, if one was named, was not measured;
+    ``meanings`` are what the keys of an experiment mean.
     """
 
     software: Mapping[str, str]
@@ -108,10 +140,61 @@ class MachineReport:
     keyboard: Keyboard | None
     processors: int | None
     machine: str
+    rig_not_measured: tuple[str, ...] | None = None
+    rig: Path | None = None
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    json_keys: ClassVar = {"rig": None, "meanings": None}
+    json_optional: ClassVar = ("rig_not_measured",)
+
+    def told(self) -> Iterator[str]:
+        """Yield what this machine can do, and what of the rig was not measured."""
+        yield "Packages"
+        for name, package in self.packages.items():
+            yield f"  {name}: {package.problem or 'from ' + package.folder}"
+        for name, version in self.software.items():
+            yield f"  {name} {version}"
+        if self.extensions:
+            yield "\nExtensions"
+        for extension, adds in self.extensions.items():
+            yield f"  {extension}: {'; '.join(adds)}"
+        there = [name for name, missing in self.measures.items() if missing is None]
+        yield f"\nMeasures of pictures\n  installed: {', '.join(there)}"
+        for name, missing in self.measures.items():
+            if missing is not None:
+                yield f"  {name}: {missing}"
+        yield "\nMonitors, by number and name" if self.monitors else "\nNo monitor"
+        for monitor in self.monitors:
+            yield f"  {monitor.monitor.line}\n    gamma table: {monitor.gamma_table}"
+            yield f"    size: {monitor.size}"
+        yield from self._keys_told()
+        yield "\nFrom the framebuffer to the panel, as far as the system tells"
+        for fact in self.signal_path:
+            yield f"  {'! ' if fact.doubt else ''}{fact.title}: {fact.words}"
+        for backend, surface in self.surfaces.items():
+            yield f"\nSurface '{backend}'"
+            yield from surface.told()
+        if self.rig_not_measured is not None:
+            yield f"\nRig '{self.rig}'\n  not measured: {', '.join(self.rig_not_measured)}"
+
+    def _keys_told(self) -> Iterator[str]:
+        yield "\nKeyboard"
+        if self.keyboard is None:
+            yield "  not looked at: there is no display server"
+            return
+        labels = ", ".join(f"{key.upper()} ({label})" for key, label in self.keyboard.labels.items())
+        if labels:
+            yield f"  keys that print something else and count by their place: {labels}"
+        meanings = self.meanings
+        asked = "of the experiment" if meanings else "of any experiment"
+        missing = [f"'{key}'" + (f" ({meanings[key]})" if meanings else "") for key in self.keyboard.cannot_send]
+        if missing:
+            yield f"  ! keys {asked} that it cannot send: {', '.join(missing)}"
+        else:
+            yield f"  sends all keys {asked}"
 
 
 @dataclass(frozen=True, slots=True)
-class TimingReport:
+class TimingReport(JsonResult):
     """How evenly a window's frames come, and in ``meaning`` what that means, sentence by sentence.
 
     ``timing_marks`` say how soon after a swap the rig's marks go.
@@ -125,74 +208,57 @@ class TimingReport:
     meaning: tuple[str, ...]
     timing_marks: tuple[MarkLatency, ...] = ()
 
-
-def _keys_told(report: MachineReport, meanings: Mapping[str, str]) -> Iterator[str]:
-    yield "\nKeyboard"
-    if report.keyboard is None:
-        yield "  not looked at: there is no display server"
-        return
-    labels = ", ".join(f"{key.upper()} ({label})" for key, label in report.keyboard.labels.items())
-    if labels:
-        yield f"  keys that print something else and count by their place: {labels}"
-    asked = "of the experiment" if meanings else "of any experiment"
-    missing = [f"'{key}'" + (f" ({meanings[key]})" if meanings else "") for key in report.keyboard.cannot_send]
-    if missing:
-        yield f"  ! keys {asked} that it cannot send: {', '.join(missing)}"
-    else:
-        yield f"  sends all keys {asked}"
+    def told(self) -> Iterator[str]:
+        """Yield where the frames were shown, and what their intervals mean."""
+        yield f"{self.renderer}; {self.display_server}; {self.compositor}"
+        yield from self.meaning
 
 
-def told_of(report: MachineReport, meanings: Mapping[str, str] = MappingProxyType({})) -> Iterator[str]:
-    """Yield what this machine can do; ``meanings`` are what the keys of an experiment mean."""
-    yield "Packages"
-    for name, package in report.packages.items():
-        yield f"  {name}: {package.problem or 'from ' + package.folder}"
-    for name, version in report.software.items():
-        yield f"  {name} {version}"
-    if report.extensions:
-        yield "\nExtensions"
-    for extension, adds in report.extensions.items():
-        yield f"  {extension}: {'; '.join(adds)}"
-    there = [name for name, missing in report.measures.items() if missing is None]
-    yield f"\nMeasures of pictures\n  installed: {', '.join(there)}"
-    for name, missing in report.measures.items():
-        if missing is not None:
-            yield f"  {name}: {missing}"
-    yield "\nMonitors, by number and name" if report.monitors else "\nNo monitor"
-    for monitor in report.monitors:
-        yield f"  {monitor.line}\n    gamma table: {monitor.gamma_table}"
-        yield f"    size: {monitor.size}"
-    yield from _keys_told(report, meanings)
-    yield "\nFrom the framebuffer to the panel, as far as the system tells"
-    for fact in report.signal_path:
-        yield f"  {'! ' if fact.doubt else ''}{fact.title}: {fact.words}"
-    for backend, surface in report.surfaces.items():
-        yield f"\nSurface '{backend}'"
-        facts, ten_bits = surface.facts, surface.ten_bits
-        if facts is None or ten_bits is None:
-            yield f"  not here: {surface.problem}"
-            continue
-        yield f"  {facts.renderer}, OpenGL {facts.gl_version}, display server {facts.display_server}"
-        yield f"  colours computed in {facts.arithmetic}"
-        for remark in facts.remarks:
-            yield f"  {remark}"
-        for mode, reason in surface.modes.items():
-            yield f"  {mode}: {'yes' if reason is None else f'no, {reason}'}"
-        yield f"  codes of 10 bits: {'yes' if ten_bits.given else f'no, {ten_bits.problem}'}"
+def examine_machine(
+    *,
+    timing: bool = False,
+    seconds: Annotated[float, Typed(least=0.5, most=600)] = 20.0,
+    rig: Path | None = None,
+    experiment: Path | None = None,
+    monitors: Annotated[tuple[str, ...], MONITOR] = (),
+    ask_monitor: AskMonitor | None = None,
+    progress: Callable[[str, int, int], None] = lambda what, done, of: None,
+) -> MachineReport | TimingReport:
+    """Report what this machine can do.
 
-
-def examine_machine(keys: Iterable[str] = ANY_KEYS) -> MachineReport:
-    """Open each kind of surface, try each stereo mode on it, and return what this machine can do.
+    Opens each kind of surface, tries each stereo mode and codes of 10 bits on it, and gives the reason if one cannot
+    be shown. Lists the monitors with the number and name by which --monitor and a rig file choose them, and their gamma
+    tables, and what else the system tells of what may change codes on their way to the panel; '!' marks what may change
+    them. Lists keys that this keyboard cannot send. With --timing it measures the intervals between frames instead.
 
     Parameters
     ----------
-    keys
-        The keys of which to say whether the keyboard can send them; if left out, those of any experiment.
+    timing
+        Measure how evenly the frames of a window come, and explain.
+    seconds
+        Duration of --timing.
+    rig
+        Rig to report what of it was not measured; with --timing, whether its photodiode record holds here, and how soon
+        after a swap its timing marks are sent, which sends them.
+    experiment
+        Experiment of whose keys to list those that the keyboard cannot send. Default: the keys of any experiment.
+    monitors
+        Monitor for the window, as `cyclopean doctor` lists them; twice for dual-window, the left eye's first. Default:
+        the rig's, else the first of the panel's resolution.
+    ask_monitor
+        Called for what the monitor reports of itself, where the rig's display has no panel.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
 
     Returns
     -------
-    MachineReport
+    MachineReport or TimingReport
         Each ``problem`` in it is a sentence, or None.
+
+    Raises
+    ------
+    InputError
+        If options do not go together or a file is wrong; with ``timing``, if there is no screen, or no such monitor.
 
     Examples
     --------
@@ -202,6 +268,19 @@ def examine_machine(keys: Iterable[str] = ANY_KEYS) -> MachineReport:
     >>> sorted(report.surfaces)
     ['egl', 'null', 'window']
     """
+    if timing and experiment:
+        raise InputError("--experiment is about the keyboard, which --timing does not look at")
+    if monitors and not timing:
+        raise InputError("--monitor needs --timing: without it, all monitors are listed")
+    # Only now: the models of all kinds of blocks, which a program that imports this does not need.
+    from runner.check.display_facts import not_measured
+    from runner.check.experiment import keys_of
+    from runner.protocol.experiment import read_experiment
+
+    its_rig = read_rig(rig, ask_monitor=ask_monitor) if rig else None
+    if timing:
+        return _timing(seconds, its_rig, monitors, progress)
+    meanings = keys_of(read_experiment(experiment)) if experiment else {}
     return MachineReport(
         software=software(),
         packages={name: _package(name) for name in _PACKAGES},
@@ -210,27 +289,28 @@ def examine_machine(keys: Iterable[str] = ANY_KEYS) -> MachineReport:
         surfaces={backend: _surface(backend) for backend in BACKENDS},
         monitors=_monitors(),
         signal_path=examine_signal_path(),
-        keyboard=_keyboard(keys),
+        keyboard=_keyboard(meanings or ANY_KEYS),
         processors=os.cpu_count(),
         machine=platform.machine(),
+        rig_not_measured=not_measured(its_rig) if its_rig else None,
+        rig=rig,
+        meanings=meanings,
     )
 
 
-def examine_timing(
-    seconds: float, progress: Callable[[float], None], rig: Rig | None = None, monitors: tuple[str, ...] = ()
+def _timing(
+    seconds: float, rig: Rig | None, monitors: tuple[str, ...], progress: Callable[[str, int, int], None]
 ) -> TimingReport:
     """Open a window, swap its frames for ``seconds``, and return the intervals with what they mean.
 
-    With ``rig``, the report also says whether the rig's record of a photodiode's verification holds here, and how soon
-    after a swap its timing marks are sent: they are sent on its ports. The window is on the monitor that ``monitors``
-    or the rig names by name or number, else on the primary one.
-
-    Raises
-    ------
-    InputError
-        If there is no screen, or no such monitor.
+    It is on the monitor that ``monitors`` or the rig names by name or number, else on the primary one. The rig's timing
+    marks are sent on its ports.
     """
     chosen = (monitors or (rig.monitors if rig else ()))[:1]
+
+    def done(done_s: float) -> None:
+        progress("Swapping frames", round(done_s), round(seconds))
+
     with open_surface("window", _SIZE_PX, windowed=True, monitors=chosen) as surface:
         facts = surface.facts
 
@@ -238,7 +318,7 @@ def examine_timing(
             surface.target(Buffer.BACK).clear()
             surface.swap()
 
-        intervals = swap_intervals(frame, seconds, progress, facts.refresh_hz)
+        intervals = swap_intervals(frame, seconds, done, facts.refresh_hz)
         marks = measure_marks(rig, frame) if rig else ()
     judgement = judge(rig.verification if rig else None, rig.mode if rig else "", facts, swaps_per_second(intervals))
     return TimingReport(
@@ -279,24 +359,9 @@ def _extensions() -> dict[str, tuple[str, ...]]:
 
 def _monitors() -> tuple[MonitorReport, ...]:
     try:
-        there = monitors()
+        return tuple(map(MonitorReport, monitors()))
     except PresentationError:
         return ()  # without a display server there are none
-    return tuple(
-        MonitorReport(
-            each.number,
-            each.name,
-            each.size_px,
-            each.size_mm if all(each.size_mm) else None,
-            each.refresh_hz,
-            each.position_px,
-            each.number == 1,
-            each.gamma_table.sentence(),
-            _size(each),
-            each.line,
-        )
-        for each in there
-    )
 
 
 def _keyboard(keys: Iterable[str]) -> Keyboard | None:
@@ -304,16 +369,6 @@ def _keyboard(keys: Iterable[str]) -> Keyboard | None:
         return examine_keyboard(keys)
     except PresentationError:
         return None
-
-
-def _size(monitor: Monitor) -> str:
-    """Return the size that a monitor reports, with the pixel pitch, or with why it cannot be true."""
-    reported = monitor.reported
-    size = f"{reported.size_mm[0]} x {reported.size_mm[1]} mm as it reports itself"
-    try:
-        return f"{size}: pixels of {panel_of_monitor(reported).pixel_pitch_mm:g} mm"
-    except InputError as error:
-        return f"{error.findings[0].message}; state the panel of a nominal display"
 
 
 def _surface(backend: str) -> SurfaceReport:

@@ -39,12 +39,12 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
     What does not fit is a warning, since a file may be checked away from its rig, or an error if the screen must do.
     """
     mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))  # wrong options are wrong on every machine
-    if options.screen == "skip":
+    if options.screen is False:
         return
-    faults = report.errors if options.screen == "required" else report.warnings
+    faults = report.errors if options.screen else report.warnings
     if not has_display():
         report.facts["screen"] = NO_DISPLAY
-        if options.screen == "required":
+        if options.screen:
             faults.append(Finding("there is no display here", rig.file, remedy="check at the rig"))
         return
     panel = rig.display.panel

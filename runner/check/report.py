@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from documents import Finding
 from documents.options import MONITOR, Typed
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 # What a file says, in the order in which it is printed; every value is plain JSON.
 Facts = dict[str, Any]
-ScreenCheck = Literal["if present", "required", "skip"]
 # Beyond this share of pixels the thesis calls an image excessively oversaturated (its footnote 6).
 CLIP_LIMIT_PERCENT = 0.3
 # Of which is stated what differences a design finds, where nobody says how many are planned.
@@ -29,10 +28,11 @@ class CheckOptions:
 
     Attributes
     ----------
+    screen
+        Make it an error if this screen cannot show the experiment, or do not look at the screen. Default: give a
+        warning.
     results
         Folder that the sessions will be written to.
-    screen
-        Whether it is an error if this screen cannot show the experiment, a warning, or not looked at.
     pictures
         Build the stimuli; without, clipping is not reported.
     clip_limit_percent
@@ -57,8 +57,8 @@ class CheckOptions:
         Called with what is being done, how much of it is done, and of how much.
     """
 
+    screen: bool | None = None
     results: Path = Path("results")
-    screen: ScreenCheck = "if present"
     pictures: bool = True
     clip_limit_percent: Annotated[float, Typed("--clip-limit", "PERCENT", 0, 100)] = CLIP_LIMIT_PERCENT
     accept_gamma_table: bool = False
@@ -84,11 +84,14 @@ class CheckReport(JsonResult):
     errors: list[Finding] = field(default_factory=list)
     json_keys: ClassVar = {"facts": "*", "errors": "findings"}
 
-    def told(self) -> Iterator[Block]:
-        """Yield what people read of the facts; warnings and errors are sentences of their own."""
+    def told(self) -> Iterator[Block | tuple[str | tuple[str, str], ...]]:
+        """Yield the verdict, what people read of the facts, and the warnings."""
         from documents.pages import Facts
 
         facts = self.facts
+        verdict = counted(len(self.errors), "error", "errors") if self.errors else "right"
+        doubts = f", {counted(len(self.warnings), 'warning', 'warnings')}" if self.warnings else ""
+        yield ((f"{self.file}: {verdict}{doubts}", "bold"),)
         shown = [name for name in facts if name not in _APART]
         rows = [(_NAMES.get(name, name).replace("_", " "), _words(name, facts[name])) for name in shown]
         if "trials" in facts:
@@ -106,6 +109,13 @@ class CheckReport(JsonResult):
             yield _ghosts(facts["ghost_percent"], facts["ghost_cost_max_delta_e_00"])
         if "error_budget" in facts:
             yield _budget(facts["error_budget"])
+        for finding in self.warnings:
+            yield ("warning:", "yellow"), f" {finding}"
+
+    def apart(self, as_json: bool) -> Iterator[tuple[str | tuple[str, str], ...]]:
+        """Yield the errors, which JSON has."""
+        for finding in () if as_json else self.errors:
+            yield ("error:", "red"), f" {finding}"
 
 
 # What is called otherwise than in JSON, where the unit is part of the name.

@@ -33,9 +33,9 @@ def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> 
     if not rig.marks:
         return
     report.facts["timing_marks"] = [_words(spec) for spec in rig.marks]
-    if options.screen == "skip":
+    if options.screen is False:
         return
-    faults = report.errors if options.screen == "required" else report.warnings
+    faults = report.errors if options.screen else report.warnings
     for index, spec in enumerate(rig.marks):
         try:
             with closing(open_mark_port(spec)) as port:

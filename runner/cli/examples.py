@@ -56,7 +56,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "cyclopean preview experiments/dynamic_range.yaml -o screens",
             "cyclopean preview experiments/dynamic_range.yaml -o screens --observer 02 --clipping",
         ),
-        "display new": ("cyclopean display new -o my_monitor.yaml --white-cd-m2 120 --panel 1920x1080,0.2768",),
+        "display new": (
+            "cyclopean display new -o my_monitor.yaml --white-cd-m2 120 --panel 1920x1080,0.2768",
+            "cyclopean display new -o projector.yaml --nominal bt1886 --white-cd-m2 48 --panel 1920x1080,1.2",
+        ),
         "display patches": (
             "cyclopean display patches configs/rigs/asus_vg248qe_3dvision.yaml --set table_c1 --list",
             "cyclopean display patches configs/rigs/asus_vg248qe_3dvision.yaml --each 3",

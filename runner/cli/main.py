@@ -17,19 +17,18 @@ from click.shell_completion import CompletionItem
 from documents.blas_threads import prefer_one_blas_thread
 from runner.cli.examples import EXAMPLES
 from runner.cli.options import completed
-from runner.cli.output import count_from_here, say
+from runner.cli.output import count_from_here, say, tell
 from runner.commands import COMMANDS, OURS, commands
 
 
 class LazyGroup(click.Group):
-    """Commands by name: those of `runner.commands`, or for a group within each the ``NAME_command`` of its ``package``.
+    """Commands by name: those of `runner.commands`, or for a group within those of `runner.cli.functions`.
 
     ``commands_help`` gives each command's line in the help.
     """
 
-    def __init__(self, *args: Any, commands_help: Mapping[str, str], package: str = "", **kwargs: Any) -> None:
+    def __init__(self, *args: Any, commands_help: Mapping[str, str], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._package = package
         self._commands_help = commands_help
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -42,7 +41,8 @@ class LazyGroup(click.Group):
             return _of_all(cmd_name)
         if cmd_name not in self._commands_help:
             return None
-        command: click.Command = getattr(importlib.import_module(self._package), f"{cmd_name}_command")
+        functions = importlib.import_module("runner.cli.functions")
+        command: click.Command = getattr(functions, f"{self.name}_{cmd_name}_command")
         return _with_examples(completed(command), f"{self.name} {cmd_name}")
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
@@ -117,7 +117,7 @@ def _say_version(context: click.Context, option: click.Parameter, asked: bool) -
 
     from documents.extensions import installed
 
-    click.echo("\n  with ".join([f"cyclopean, version {version('cyclopean')}", *dict.fromkeys(map(str, installed()))]))
+    tell(["\n  with ".join([f"cyclopean, version {version('cyclopean')}", *dict.fromkeys(map(str, installed()))])])
     context.exit()
 
 

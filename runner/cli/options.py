@@ -1,4 +1,4 @@
-"""The options of a command, made of the fields of a dataclass: nothing is declared twice. And types of numbers.
+"""Commands made of functions, and options of the fields of a dataclass: nothing is declared twice. Types of numbers.
 
 Each number has a range, and none takes NaN, infinity or what nobody means.
 """
@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import functools
 import importlib
+import inspect
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import partial
@@ -17,7 +19,9 @@ from typing import Any, Literal, get_args, get_origin
 
 import click
 
-from documents.options import Typed, described, read_text, type_of
+from documents.options import Typed, described, parameters_of, read_text, type_of
+from documents.text import json_value
+from runner.cli.output import HANDS, gives
 
 Command = Callable[..., Any]
 # Beyond what anything measures: said to whoever passes it, and left out of the help.
@@ -67,22 +71,6 @@ def _near(kind: Within | Whole, described: str) -> str:
     return described
 
 
-NUMBER = Within(-_MOST, _MOST)
-NOT_NEGATIVE = Within(0, _MOST)
-POSITIVE = Within(0, _MOST, min_open=True)
-COUNT = Whole(0, _MOST_WHOLE)
-NATURAL = Whole(1, _MOST_WHOLE)
-SEED = Whole(0, _MOST_SEED)
-
-
-def several(text: str, between: str) -> tuple[float, ...]:
-    """Return the numbers in ``text`` with ``between`` them; ValueError if one is none that anybody means."""
-    numbers = tuple(float(part) for part in text.split(between))
-    if not all(abs(number) <= _MOST for number in numbers):  # nor NaN
-        raise ValueError(text)
-    return numbers
-
-
 def _reader(one: Within | Whole, count: int, typed: Typed) -> Callable[[Any], tuple[float, ...]]:
     """Return what reads so many numbers in one word, each of ``one`` type; it raises BadParameter for any other."""
 
@@ -102,18 +90,15 @@ def _reader(one: Within | Whole, count: int, typed: Typed) -> Callable[[Any], tu
     return numbers
 
 
-def takes(kind: type | str, name: str = "options", *, leave_out: Collection[str] = ()) -> Callable[[Command], Command]:
-    """Return what gives a command an option for each field of ``kind``, and one ``kind`` called ``name`` made of them.
+def takes(kind: str, *, leave_out: Collection[str] = ()) -> Callable[[Command], Command]:
+    """Return what gives a command an option for each field of ``kind``, and in ``options`` one ``kind`` made of them.
 
     A field that is such a dataclass itself stands for its fields.
 
     Parameters
     ----------
     kind
-        A dataclass, whose docstring says what each field is; or its full name, for one that is imported when the
-        command is asked for: beside commands that do not take it.
-    name
-        What the command calls it.
+        Full name of a dataclass, whose docstring says what each field is. It is imported when the command is asked for.
     leave_out
         Fields that are no options: the command fills them.
     """
@@ -121,27 +106,76 @@ def takes(kind: type | str, name: str = "options", *, leave_out: Collection[str]
     def add(command: Command) -> Command:
         @functools.wraps(command)
         def called(**given: Any) -> Any:
-            made = _made(_dataclass(kind), given, leave_out)
-            return command(**given, **{name: made})
+            return command(options=_made(_named(kind), given, leave_out), **given)
 
-        later = partial(_options, kind, leave_out)
-        params = [later] if isinstance(kind, str) else reversed(later())
-        vars(called)["__click_params__"] = [*getattr(command, "__click_params__", ()), *params]
+        vars(called)["__click_params__"] = [
+            *getattr(command, "__click_params__", ()),
+            partial(_options, kind, leave_out),
+        ]
         return called
 
     return add
 
 
-def _dataclass(kind: type | str) -> type:
-    if isinstance(kind, type):
-        return kind
-    module, _, name = kind.rpartition(".")
-    found: type = getattr(importlib.import_module(module), name)
-    return found
+def command_of(
+    function: str,
+    *more: Command,
+    leave_out: Collection[str] = (),
+    lines: Callable[[Any], Iterable[str]] | None = None,
+    **printed: Any,
+) -> click.Command:
+    """Return the command that a function is: its parameters are arguments and options, its docstring is the help.
+
+    A parameter ``options`` stands for the fields of its dataclass. What is in `runner.cli.output.HANDS`, such as
+    ``progress``, the command line hands it by itself. Of the docstring the help is what stands before the parameters.
+
+    Parameters
+    ----------
+    function
+        Its full name; it is imported when the command runs.
+    more
+        Decorators of further options.
+    leave_out
+        Parameters, and fields of the options, that are not typed.
+    lines
+        What people read of the result, where it does not say that by itself.
+    printed
+        How the result is printed, as for `runner.cli.output.gives`.
+    """
+    kind = parameters_of(function)
+    typed = [field for field in fields(kind) if field.name not in {*HANDS, *leave_out}]
+
+    def command(**given: Any) -> Any:
+        values = {}
+        for field in typed:
+            if field.name == "options":
+                values["options"] = _made(_named(kind.taken), given, leave_out)
+            elif (value := _value_of(kind, field, given)) is not MISSING:
+                values[field.name] = value
+        several = values.pop(kind.several, ())
+        found = _named(function)(*several, **values, **given)
+        return (json_value(found), lines(found)) if lines else found
+
+    names = [each.name for each in fields(kind) if each.name in HANDS]
+    handed = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in names]
+    vars(command)["__signature__"] = inspect.Signature(handed)
+    params: list[click.Parameter] = []
+    for field in typed:
+        params += _options(kind.taken, leave_out) if field.name == "options" else [_parameter(kind, field)]
+    printing = gives(**printed)(command)
+    for each in more:
+        printing = each(printing)
+    vars(printing)["__click_params__"] += params[::-1]
+    return click.command(help=re.split(r"\n\n\w+\n---", inspect.cleandoc(kind.__doc__ or ""))[0])(printing)
 
 
-def _options(kind: type | str, leave_out: Collection[str]) -> list[click.Option]:
-    return [_option(of, field) for of, field in _fields(_dataclass(kind), leave_out)]
+def _named(name: str) -> Any:
+    module, _, name = name.rpartition(".")
+    return getattr(importlib.import_module(module), name)
+
+
+def _options(kind: str, leave_out: Collection[str]) -> list[click.Parameter]:
+    return [_parameter(of, field) for of, field in _fields(_named(kind), leave_out)]
 
 
 def completed(command: click.Command) -> click.Command:
@@ -151,36 +185,38 @@ def completed(command: click.Command) -> click.Command:
     return command
 
 
-def _fields(kind: type, leave_out: Collection[str]) -> Iterator[tuple[type, Field[Any]]]:
+def _fields(kind: Any, leave_out: Collection[str]) -> Iterator[tuple[type, Field[Any]]]:
     """Yield the fields that are options, each with the dataclass that it is one of."""
     for field in fields(kind):
         if field.name not in leave_out:
             _, of, _ = type_of(kind, field)
-            yield from _fields(of, leave_out) if _is_options(of) else ((kind, field),)
+            yield from _fields(of, leave_out) if is_dataclass(of) else ((kind, field),)
 
 
-def _is_options(of: Any) -> bool:
-    return is_dataclass(of)
-
-
-def _made(kind: type, given: dict[str, Any], leave_out: Collection[str]) -> Any:
+def _made(kind: Any, given: dict[str, Any], leave_out: Collection[str]) -> Any:
     """Return a ``kind`` made of what was typed, which is taken out of ``given``."""
     values = {}
     for field in fields(kind):
         if field.name not in leave_out:
-            typed, of, _ = type_of(kind, field)
-            if _is_options(of):
-                values[field.name] = _made(of, given, leave_out)
-            elif not typed.read:
-                value = given.pop(field.name)
-                values[field.name] = None if value == () and field.default is None else value
-            elif (value := given.pop(field.name)) not in (None, ()):
-                with _naming(_flags(typed, field)[0]):
-                    read = partial(read_text, typed.read)
-                    values[field.name] = tuple(map(read, value)) if isinstance(value, tuple) else read(value)
-                    if get_origin(of) is Mapping:  # of each text a key and a value
-                        values[field.name] = dict(values[field.name])
+            _, of, _ = type_of(kind, field)
+            made = _made(of, given, leave_out) if is_dataclass(of) else _value_of(kind, field, given)
+            if made is not MISSING:
+                values[field.name] = made
     return kind(**values)
+
+
+def _value_of(kind: type, field: Field[Any], given: dict[str, Any]) -> Any:
+    """Return what was typed for a field, taken out of ``given``; MISSING where that would have been read."""
+    typed, of, _ = type_of(kind, field)
+    value = given.pop(field.name)
+    if not typed.read:
+        return None if value == () and field.default is None else value
+    if value in (None, ()):
+        return MISSING
+    with _naming(_flags(typed, field)[0]):
+        read = partial(read_text, typed.read)
+        found = tuple(map(read, value)) if isinstance(value, tuple) else read(value)
+        return dict(found) if get_origin(of) is Mapping else found  # of each text a key and a value
 
 
 @contextmanager
@@ -196,15 +232,18 @@ def _flags(typed: Typed, field: Field[Any]) -> list[str]:
     return typed.flag.split() or [f"--{field.name.replace('_', '-')}"]
 
 
-def _option(kind: type, field: Field[Any]) -> click.Option:
-    """Return the option of a field."""
+def _parameter(kind: type, field: Field[Any]) -> click.Parameter:
+    """Return the option of a field, or the argument of one without a flag that has no default."""
     typed, of, optional = type_of(kind, field)
     required = field.default is MISSING and field.default_factory is MISSING
     default = None
+    if typed.place or (kind.__module__ == parameters_of.__module__ and required and not typed.flag):
+        return _argument(kind, typed, of, field)
     if not required and not typed.read:
         default = field.default if field.default_factory is MISSING else field.default_factory()
     flags = _flags(typed, field)
-    how: dict[str, Any] = {"default": default, "required": required, "help": described(kind)[field.name]}
+    how: dict[str, Any] = {"required": True} if required else {"default": default}
+    how["help"] = described(kind)[field.name]
     if typed.metavar:
         how["metavar"] = typed.metavar
     if typed.value is not None:
@@ -217,6 +256,14 @@ def _option(kind: type, field: Field[Any]) -> click.Option:
         how |= _value(typed, of)
         how["show_default"] = default not in (None, (), "") and "Default:" not in how["help"]
     return click.Option([*flags, field.name], **how)
+
+
+def _argument(kind: Any, typed: Typed, of: Any, field: Field[Any]) -> click.Argument:
+    how: dict[str, Any] = {"metavar": typed.metavar}
+    how |= {"required": True} if field.default is MISSING else {"required": False, "default": field.default}
+    if get_origin(of) is Sequence or field.name == kind.several:
+        how["nargs"], of = -1, Path if "Path" in str(field.type) else str
+    return click.Argument([field.name], **how, **_value(typed, of))
 
 
 def _value(typed: Typed, of: Any) -> dict[str, Any]:
@@ -238,7 +285,7 @@ def _value(typed: Typed, of: Any) -> dict[str, Any]:
         return {"type": Whole(int(max(typed.least, -_MOST_WHOLE)), int(most))}
     if of is float:
         return {"type": Within(max(typed.least, -_MOST), min(typed.most, _MOST), min_open=typed.above)}
-    return {"type": PATH} if of is Path else {}
+    return {"type": PATH} if of is Path and not typed.read else {}
 
 
 def _limit_threads(context: click.Context, _: click.Parameter, number: int | None) -> None:

@@ -7,10 +7,11 @@ import inspect
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
+from documents.text import say as say_in_colours
 from documents.work import counted_work
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 Command = Callable[..., Any]
 Step = Callable[[str, int, int], None]
+Told: TypeAlias = "str | Block | tuple[str | tuple[str, str], ...]"
 _KEY = "cyclopean.work"
 
 
@@ -31,10 +33,12 @@ def gives(
 ) -> Callable[[Command], Command]:
     """Return what prints the result that a command returns, in words or, with its option ``--json``, as JSON.
 
-    A result ``told()`` gives what people read of it: sentences as they are, and blocks of a page. Its JSON is that of
-    its field ``json_only``, if it names one. What it has as ``failure`` is raised after it was printed. A command may
-    return a pair of JSON and what people read as well; one that returns None has printed by itself. It is given
-    ``as_json`` and ``step``, which shows progress, if it has parameters of these names.
+    A result ``told()`` gives what people read of it: sentences as they are, blocks of a page, and of sentences with
+    colours their parts. Its JSON is that of its field ``json_only``, if it names one; ``apart(as_json)`` gives lines
+    for the error stream. Then what it has as ``failure`` is raised, and its ``exit_status`` is that of the program. Of
+    several results one after the other each is printed, those that come ``again`` in place of the one before. A
+    command may return a pair of JSON and what people read as well; one that returns None has printed by itself. It is
+    given of the `HANDS` those that it has parameters for.
 
     Parameters
     ----------
@@ -51,27 +55,44 @@ def gives(
 
         @functools.wraps(command)
         def called(as_json: bool, **given: Any) -> Any:
-            if "as_json" in wanted:
-                given["as_json"] = as_json
-            if "step" in wanted:
-                with progress_bar(quiet=as_json) as step:
-                    found = command(step=step, **given)
-            else:
-                found = command(**given)
+            with progress_bar(quiet=as_json) as progress:
+                hands = {name: _hand(name, as_json, progress) for name in HANDS if name in wanted}
+                found = command(**given, **hands)
             if isinstance(found, tuple):
                 facts, parts = found
                 print_json(facts, indent) if as_json else tell(parts)
-            elif found is not None:
-                show(found, as_json=as_json, indent=indent, work=work)
+                return
+            for one in found if isinstance(found, Iterator) else (found,):
+                if one is not None:
+                    show(one, as_json=as_json, indent=indent, work=work)
 
         return click.option("--json", "as_json", is_flag=True, help=help)(called)
 
     return add
 
 
+# What the command line gives a function by itself, by the name of the parameter.
+HANDS = ("progress", "notify", "dialogue", "ask_monitor", "asked", "as_json")
+
+
+def _hand(name: str, as_json: bool, progress: Step) -> Any:
+    if name == "dialogue":
+        from runner.measuring import Dialogue
+
+        return Dialogue(say, ask) if as_json else Dialogue(say, ask, say)
+    if name == "ask_monitor":
+        from runner.presenter import primary_monitor
+
+        return primary_monitor
+    hands = {"progress": progress, "notify": say, "as_json": as_json}
+    return click.get_current_context().params if name == "asked" else hands[name]
+
+
 def show(found: Any, *, as_json: bool, indent: int | None = 2, work: bool = False) -> None:
-    """Print a result as JSON or in words; then raise its ``failure``, if it names one."""
-    if as_json:
+    """Print a result as JSON or in words; then raise its ``failure``, or end with its ``exit_status``."""
+    if getattr(found, "again", False) and not as_json:
+        click.clear()
+    if as_json and not getattr(found, "words_only", False):
         from documents.text import json_value
 
         only = getattr(found, "json_only", "")
@@ -79,8 +100,12 @@ def show(found: Any, *, as_json: bool, indent: int | None = 2, work: bool = Fals
         print_json(facts, indent)
     else:
         tell(found.told())
+    if hasattr(found, "apart"):
+        tell(found.apart(as_json), errors=True)
     if failure := getattr(found, "failure", None):
         raise failure
+    if status := getattr(found, "exit_status", 0):
+        sys.exit(status)
 
 
 def print_json(facts: Any, indent: int | None = 2) -> None:
@@ -90,20 +115,22 @@ def print_json(facts: Any, indent: int | None = 2) -> None:
     click.echo(json.dumps(facts, indent=indent, allow_nan=False))
 
 
-def tell(parts: Iterable[str | Block]) -> None:
-    """Print lines as they are, and blocks of a page."""
+def tell(parts: Iterable[Told], *, errors: bool = False) -> None:
+    """Print lines as they are, lines of parts with colours, and blocks of a page."""
     for part in parts:
         if isinstance(part, str):
-            click.echo(part)
+            click.echo(part, err=errors)
+        elif isinstance(part, tuple):
+            say_in_colours(*part, errors=errors)
         else:
             from documents.pages import print_blocks
 
             print_blocks((part,))
 
 
-def say(words: str) -> None:
+def say(line: str) -> None:
     """Print a line on the error stream."""
-    click.echo(words, err=True)
+    tell((line,), errors=True)
 
 
 def ask(prompt: str) -> str | None:

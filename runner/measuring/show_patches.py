@@ -48,6 +48,11 @@ class PatchesShown(JsonResult):
         stopped = self.shown < self.of and not self.list_only
         return WorkError(f"stopped after {self.shown} of {self.of} patches") if stopped else None
 
+    @property
+    def words_only(self) -> bool:
+        """Whether it is the table that is printed, as JSON too."""
+        return self.list_only
+
     def told(self) -> Iterator[str]:
         """Yield the table, if it is all that was asked for."""
         if self.list_only:
@@ -57,7 +62,11 @@ class PatchesShown(JsonResult):
 def show_patches(
     rig_or_display: Path, options: PatchesOptions | None = None, dialogue: Dialogue | None = None
 ) -> PatchesShown:
-    """Show patches of known device codes full-screen, by keys, or each for a time after it has settled.
+    """Show patches of known device codes full-screen in a stereo mode.
+
+    Both eyes see them, or one while the other sees black, so that the mode stays enabled. Right and left show the next
+    and the previous patch, space pauses, Escape stops. The order is shuffled by the seed; black and white come again
+    throughout.
 
     Parameters
     ----------

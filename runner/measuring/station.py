@@ -91,7 +91,11 @@ class MeasurementReport(JsonResult):
 def measure_display(
     rig_or_display: Path, options: MeasureOptions, dialogue: Dialogue | None = None
 ) -> MeasurementReport:
-    """Show patches, read each with an instrument, and write the readings.
+    """Show patches and read each with an instrument.
+
+    Readings go to NAME.jsonl one by one, and to a table at the end, for `display fit` and `display report`. Space
+    pauses, Escape stops after the reading; --resume continues. Close the blinds, and let the display warm up first,
+    unless the warm-up is measured. Where the instrument or the glasses must be moved, the run says so and waits.
 
     Parameters
     ----------

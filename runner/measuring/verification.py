@@ -150,7 +150,12 @@ class VerificationReport(JsonResult):
 
 
 def verify_display(options: VerifyOptions, dialogue: Dialogue | None = None) -> VerificationReport:
-    """Show new colours as a session shows its pictures, read them, and report how far off they are.
+    """Show new colours, read them, and report the colour error.
+
+    The 24 colours of the ColorChecker are asked in XYZ, adapted and scaled into the display's gamut, and shown as a
+    session shows its pictures: by the same shader, with crosstalk cancelled and the panel evened out, undithered. The
+    differences are in ΔE00 against the display's white. Beside them stands what the display file alone predicts of the
+    codes shown.
 
     Parameters
     ----------

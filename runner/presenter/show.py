@@ -10,9 +10,11 @@ from typing import Any, ClassVar
 from analysis.records import SurfaceFacts
 from devices.compensation import Correction, eye_clip_costs
 from devices.display import EYES, Eye, read_display
+from documents import Finding
 from documents.text import JsonResult
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
+from runner.presenter.errors import PresentationError
 from runner.presenter.gamma_check import compare_tables, tables_json
 from runner.presenter.modes.mode import EyeArea, visible_part
 from runner.presenter.modes.options import ModeOptions
@@ -134,12 +136,15 @@ def show_picture(
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "grey.exr"
     ...     write_exr(file, StereoImage.flat(np.full((20, 30, 3), 10, np.float32)))
-    ...     options = ShowOptions(screenshot=Path(folder) / "codes.png", backend="egl")
+    ...     options = ShowOptions(screenshot=Path(folder) / "codes.png", headless=True)
     ...     shown = show_picture(file, display, "side-by-side", options)
     >>> shown.picture_px, shown.flat, shown.clipping["left"]["percent_any"]
     ((30, 20), True, 0.0)
     """
     options = options or ShowOptions()
+    if options.headless and options.screenshot is None:
+        remedy = "add --screenshot OUT.png"
+        raise PresentationError(Finding("without a window there is nothing to see", remedy=remedy))
     if options.screenshot is not None:
         check_screenshot_path(options.screenshot)
     display = read_display(Path(display_file))
@@ -172,7 +177,7 @@ def show_picture(
     compensation = stereo_mode.compensation(models, panel.resolution_px, correction)
     with (
         open_surface(
-            options.backend,
+            options.backend if options.headless else "window",
             panel.resolution_px,
             stereo=stereo_mode.needs_stereo,
             windows=stereo_mode.windows,

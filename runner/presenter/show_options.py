@@ -19,10 +19,12 @@ class ShowOptions:
 
     Attributes
     ----------
+    headless
+        Draw without a window, at the panel's resolution.
+    backend
+        Where to draw if headless.
     screenshot
         PNG file to write with the framebuffer's codes; then exit.
-    backend
-        Where to draw: a window, offscreen (egl), or a window without a screen (null).
     windowed
         Use a window instead of the full screen.
     monitors
@@ -54,8 +56,9 @@ class ShowOptions:
         Called with the `ShownPicture` once it is on the screen, before a key is awaited.
     """
 
+    headless: bool = False
+    backend: Literal["egl", "null"] = "egl"
     screenshot: Path | None = None
-    backend: Literal["window", "egl", "null"] = "window"
     windowed: bool = False
     monitors: Annotated[tuple[str, ...], MONITOR] = ()
     colour_space: Literal["srgb", "display-p3", "adobe-rgb", "rec2020", "icc", "xyz", "rec709"] | None = None

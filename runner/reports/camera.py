@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from devices.colour import srgb, xyY_from_XYZ
 from devices.diagnostics import Colour, Line, Panel, locus_line, numbers
 from documents import WorkError
 from documents.files import writing
+from documents.options import Typed
 from documents.pages import Beside, Cell, Column, Facts, Figure, Page, Paragraph, Section, Shown, Table, write_page
 from documents.text import fixed, with_error
 from runner.reports.display.figure import draw_panel
@@ -37,14 +39,23 @@ _AXES: tuple[tuple[str, Colour], ...] = (("X", "red"), ("Y", "green"), ("Z", "bl
 
 
 def characterise_camera(
-    charts: Sequence[Path],
+    charts: Annotated[Sequence[Path], Typed(metavar="CHART.csv|PHOTO...")],
     options: ChartOptions | None = None,
     *,
-    output: Path | None = None,
+    output: Annotated[Path | None, Typed("-o --output", "CAMERA.yaml")] = None,
     replace: bool = False,
-    page: Path | None = None,
+    page: Annotated[Path | None, Typed("--report", "PAGE.html")] = None,
 ) -> ChartFit:
-    """Fit a camera to a chart as `stimuli.chart.fit_camera_to_chart` does, and write a camera file and a page on it.
+    """Fit a camera model to a photographed colour chart.
+
+    CHART.csv holds what camera and instrument saw: R,G,B,X,Y,Z[,name]. Or give a PHOTO of a 24-patch ColorChecker, raw
+    or linear TIFF or OpenEXR, with --reference (or, less exactly, --white); its patches are then found, read and, if
+    the chart lies upside down, turned.
+
+    Several PHOTOs are fitted to together: those of one chart at one exposure as repeated shots, by their mean.
+
+    Every patch is judged by the fit to all others. Saturated patches, and those that do not belong to the rest, are
+    left out and named.
 
     Parameters
     ----------
@@ -52,10 +63,12 @@ def characterise_camera(
         A table, or photographs of a chart.
     options
         What is known of the chart and the photographs, and how the model is fitted.
-    output, page
-        The camera file and the HTML page to write; None for none.
+    output
+        Camera file to write.
     replace
-        Whether to overwrite a camera file that is there.
+        Overwrite an existing camera file.
+    page
+        HTML page to write.
 
     Raises
     ------

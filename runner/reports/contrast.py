@@ -2,40 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from devices.display import Rig
-from documents import Finding, InputError
+from devices.display import AskMonitor
+from documents import Finding, InputError, WorkError
 from documents.figures import DEEP, FAINT, INK, SERIES_COLOURS, WIDE_IN, Drawing, drawing, drawn
-from documents.files import whole_file, write_whole
-from documents.text import did_you_mean, with_error
-from stimuli.build import StimulusSet
-from stimuli.luminance import ContrastOverExposure, contrast_over_exposure
+from documents.files import whole_file, write_whole, writing
+from documents.options import Typed
+from documents.text import did_you_mean
+from stimuli.build import StimulusSet, build_set, display_of
+from stimuli.luminance import ContrastOverExposure, contrast_over_exposure, exposure_words
+from stimuli.pictures import StereoImage
+from stimuli.recipes import DisplaySetup
 from stimuli.sparkle import Threshold
 
 _SHOWN = SERIES_COLOURS[1]
 _SUFFIXES = (".svg", ".pdf")
 
 
-def contrast_of_set(
-    built: StimulusSet,
-    rig: Rig | None,
+def contrast(
+    recipe: Path,
     *,
-    names: Sequence[str] = (),
-    threshold: Threshold | None = None,
-    mean_cd_m2: float | None = None,
+    rig: Annotated[Path | None, Typed(metavar="RIG.yaml")] = None,
+    pixel_pitch_mm: Annotated[float | None, Typed(metavar="MM")] = None,
+    names: Annotated[Sequence[str], Typed("--stimuli", "NAME,...", read="documents.options.names_of")] = (),
+    mean_cd_m2: Annotated[float | None, Typed("--mean", "CD_M2")] = None,
+    times: Annotated[float, Typed(least=1, above=True)] = 2.0,
+    figure: Annotated[Path | None, Typed("-o --output", "FIGURE.svg|.pdf")] = None,
+    ask_monitor: AskMonitor | None = None,
+    progress: Callable[[str, int, int], None] = lambda what, done, of: None,
 ) -> ContrastOverExposure:
-    """Return the contrast over exposure of the pictures ``names`` of a set, on the display of ``rig`` if it is given.
+    """Contrast of sparkles over the exposure of their photographs.
 
-    Without names, all pictures with an exposure are taken whose luminance was not scaled; of one in stereo and flat the
-    stereo one.
+    RECIPE photographs one plate at two exposures or more; its pictures are built, or taken from the cache. All are
+    measured at the sparkles of the shortest exposure: long exposures fill the sensor, and the contrast falls.
+
+    Parameters
+    ----------
+    recipe
+        Recipe of the pictures.
+    rig
+        Rig that will show the pictures; its display clips them.
+    pixel_pitch_mm
+        Pixel pitch of the display, if there is no rig.
+    names
+        Pictures of one plate. Default: all that were not scaled.
+    mean_cd_m2
+        Mean luminance to bring each picture to before.
+    times
+        A sparkle is so many times as bright as its background.
+    figure
+        Figure to write.
+    ask_monitor, progress
+        As for `stimuli.build.build_report`.
 
     Raises
     ------
     InputError
-        If a name is not there or has no exposure, or two pictures have one exposure.
+        If a file is wrong, a name is not there or has no exposure, or two pictures have one exposure.
+    WorkError
+        If the figure cannot be written.
+    """
+    if figure is not None:
+        check_figure(figure)
+    shown_by, pitch_mm = display_of(rig, pixel_pitch_mm, ask_monitor)
+    built = build_set(recipe, pitch_mm, progress, setup=None if shown_by is None else DisplaySetup.of(shown_by))
+    models = None if shown_by is None else shown_by.models
+    found = contrast_over_exposure(_pictures(built, names), models, threshold=Threshold(times), mean_cd_m2=mean_cd_m2)
+    if figure is not None:
+        with writing(figure, "figure", WorkError):
+            write_figure(found, figure)
+    return replace(found, figure=figure)
+
+
+def _pictures(built: StimulusSet, names: Sequence[str]) -> list[tuple[str, float, StereoImage]]:
+    """Return the pictures ``names`` of a set, each with its name and exposure in s.
+
+    Without names, all pictures with an exposure are taken whose luminance was not scaled; of one in stereo and flat the
+    stereo one.
     """
     file = str(built.recipe_path)
     chosen: dict[str, float] = {}
@@ -70,10 +117,7 @@ def contrast_of_set(
                 )
             )
         by_time[exposure_s] = name
-    pictures = [(name, exposure_s, built.load(name)) for name, exposure_s in chosen.items()]
-    return contrast_over_exposure(
-        pictures, None if rig is None else rig.models, threshold=threshold, mean_cd_m2=mean_cd_m2
-    )
+    return [(name, exposure_s, built.load(name)) for name, exposure_s in chosen.items()]
 
 
 def _statistics(built: StimulusSet, name: str) -> dict[str, Any]:
@@ -132,7 +176,7 @@ def contrast_figure(found: ContrastOverExposure) -> Drawing:
         right.set_ylim(bottom=0)
         for axes in (left, right):
             axes.set_xscale("log")
-            axes.set_xticks(times, [_seconds(time) for time in times])
+            axes.set_xticks(times, [exposure_words(time) for time in times])
             axes.minorticks_off()
             axes.set_xlabel("exposure (s)", color=INK)
             axes.grid(color=FAINT, linewidth=0.7)
@@ -141,26 +185,3 @@ def contrast_figure(found: ContrastOverExposure) -> Drawing:
             axes.patch.set_alpha(0)
             axes.legend(frameon=False, fontsize=9)
         return drawn(figure, f"Contrast of {found.sparkles} sparkles over exposure, {found.eye} eye")
-
-
-def lines(found: ContrastOverExposure) -> list[str]:
-    """Return the table that a terminal shows."""
-    out = [f"{found.sparkles} sparkles of the shortest exposure, {found.eye} eye; ± standard error"]
-    width = max(len(row.name) for row in found.rows)
-    for row in found.rows:
-        contrast = row.as_photographed.contrast
-        sparkle, background = row.as_photographed.sparkle_cd_m2, row.as_photographed.background_cd_m2
-        words = (
-            f"{row.name:<{width}}  {_seconds(row.exposure_s):>5} s: sparkles {sparkle.value:.4g} cd/m² on "
-            f"{background.value:.4g}, contrast {with_error(contrast.value, contrast.se)}"
-        )
-        if row.as_shown is not None:
-            words += f", on the display {with_error(row.as_shown.contrast.value, row.as_shown.contrast.se)}"
-        if row.width_px.value == row.width_px.value:
-            words += f"; {row.width_px.value:.2f} px wide"
-        out.append(words)
-    return out
-
-
-def _seconds(time_s: float) -> str:
-    return f"{time_s:.3g}" if time_s >= 0.3 else f"1/{1 / time_s:.3g}"

@@ -7,14 +7,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from analysis.choices import Adjust
 from analysis.classes import classify
 from analysis.records import read_results
-from analysis.report import Report, write_report
+from analysis.report import Report, report_blocks, write_report
 from analysis.scaling import Published, Scores, fit
+from documents.options import Typed
+from documents.pages import Block
+from documents.text import JsonResult
 from runner.observers.observer_file import read_scored_observer
 from runner.presenter.counters import Counters
 from runner.protocol.shipped import shipped_experiment, shipped_folder
@@ -25,7 +29,7 @@ from runner.session.run import simulate
 
 
 @dataclass(frozen=True, slots=True)
-class Demo:
+class Demo(JsonResult):
     """What the demonstration gives.
 
     ``report`` has the default analysis: level 0.05, Holm's correction, errors by observers. ``thesis`` has the same
@@ -45,9 +49,12 @@ class Demo:
     work: Counters
     observers: int
     took_s: float
+    json_names: ClassVar = "report.pairs thesis page work"
+    json_keys: ClassVar = {"report.pairs": "scores", "thesis": "thesis_settings", "page": "report"}
 
-    def told(self) -> Iterator[str]:
-        """Yield what the thesis's settings mean, how it agrees with the thesis, and where the report is."""
+    def told(self) -> Iterator[Block | str]:
+        """Yield the results, what the thesis's settings mean, how they agree with it, and where the report is."""
+        yield from report_blocks(self.report, self.published)
         yield (
             "The thesis's settings, which stand beside, do not correct for 45 tests and take all answers for "
             "independent: more classes, and more false ones. A study of your own should keep the analysis above."
@@ -66,22 +73,27 @@ class Demo:
 
 
 def run_demo(
-    observers: int = 30,
-    results: str | Path = Path("results/demo"),
+    observers: Annotated[int, Typed(least=1, most=999)] = 30,
     *,
     window: bool = False,
+    results: str | Path = "results/demo",
     progress: Progress = no_progress,
 ) -> Demo:
-    """Repeat the thesis's second experiment with simulated observers, and write a report.
+    """Repeat the thesis's second experiment with simulated observers.
+
+    Builds ten stimuli from configs/stimuli/manitoba_gray.yaml, shows all 45 pairs in stereo to every simulated
+    observer, who answers by the thesis's published scores (Table 4.4), records each answer, fits Bradley-Terry
+    scores and perceptual classes, and writes a report. The classes are those of the default analysis; the thesis's
+    settings stand beside it.
 
     Parameters
     ----------
     observers
-        Number of simulated observers, who answer by the published scores.
-    results
-        Folder in which a new one is made for the sessions and the report.
+        Number of simulated observers.
     window
-        Whether to draw in a window that can be watched.
+        Draw in a window that you can watch.
+    results
+        Folder that the sessions are written to.
     progress
         Called with what is being done, how much of it is done, and of how much.
 

@@ -10,15 +10,17 @@ import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from analysis.errors import ResultsError
 from analysis.observers import check_tests
 from analysis.records import Header, kept_experiments, pool, read_results
-from analysis.report import Report, write_report
-from documents import Finding, InputError
-from documents.files import read_regular_text, whole_file
+from analysis.report import Report, report_blocks, write_report
+from documents import Finding, InputError, WorkError
+from documents.files import read_regular_text, whole_file, writing
 from documents.fonts import undrawable
+from documents.options import Typed
+from documents.pages import Block
 from documents.text import JsonResult
 from documents.yaml import load_document
 from runner.errors import SessionError
@@ -64,8 +66,9 @@ class WrittenReport(JsonResult):
     }
     json_optional: ClassVar = ("empty_boxes",)
 
-    def told(self) -> Iterator[str]:
-        """Yield where the report and what is beside it were written, and what they lack."""
+    def told(self) -> Iterator[Block | str]:
+        """Yield the results, where the report and what is beside it were written, and what they lack."""
+        yield from report_blocks(self.report)
         if self.without_pictures:
             yield self.without_pictures
         yield f"The report: {self.page}"
@@ -79,19 +82,23 @@ class WrittenReport(JsonResult):
 
 
 def report_results(
-    results: Sequence[Path],
-    output: Path | None = None,
+    results: Annotated[Sequence[Path], Typed(metavar="RESULTS...")],
+    output: Annotated[Path | None, Typed("-o --output")] = None,
     options: ReportOptions | None = None,
     progress: Callable[[str, int, int], None] = lambda what, done, of: None,
 ) -> WrittenReport:
-    """Write an HTML page on the results of one experiment.
+    """Write an HTML report on the results of one experiment.
+
+    RESULTS are folders of sessions, from one station or many, or single session.jsonl files. No person is left
+    out by default; the page lists observers who are left out by an option. Simulated observers are not counted beside
+    people.
 
     Parameters
     ----------
     results
         Folders of sessions, from one station or many, or single session logs.
     output
-        The page; None writes ``report.html`` into the first folder.
+        HTML page to write. Default: report.html in the first folder.
     options
         Which observers to leave out, how to test, what to write beside the page.
     progress
@@ -108,7 +115,7 @@ def report_results(
         are in their folder already.
     SessionError
         If the page cannot be printed to PDF.
-    OSError
+    WorkError
         If the page or a table cannot be written.
 
     Examples
@@ -135,22 +142,23 @@ def report_results(
     folder = page.parent if output is None else first
     pictures = stimulus_pictures(header, options.experiment, progress, folder) if options.pictures else {}
     versions = {str(digest) for session in sessions if (digest := session.header.hashes.get("experiment"))}
-    report = write_report(
-        sessions,
-        page,
-        given=given_facts(header, options.experiment, folder, versions),
-        alpha=options.alpha,
-        adjust=options.adjust,
-        covariance=options.covariance,
-        rule=options.rule,
-        thumbnails=pictures,
-        csv_folder=options.csv_folder,
-        figure_folder=options.figure_folder,
-        replace=options.replace,
-    )
-    pdf = page.with_suffix(".pdf") if options.pdf else None
-    if pdf is not None:
-        print_pdf(page, pdf)
+    with writing(page if output else first, "report", WorkError):
+        report = write_report(
+            sessions,
+            page,
+            given=given_facts(header, options.experiment, folder, versions),
+            alpha=options.alpha,
+            adjust=options.adjust,
+            covariance=options.covariance,
+            rule=options.rule,
+            thumbnails=pictures,
+            csv_folder=options.csv_folder,
+            figure_folder=options.figure_folder,
+            replace=options.replace,
+        )
+        pdf = page.with_suffix(".pdf") if options.pdf else None
+        if pdf is not None:
+            print_pdf(page, pdf)
     without = _WITHOUT if options.pictures and not pictures else ""
     boxes = _empty_boxes(options.figure_folder)
     return WrittenReport(report, page, pdf, without, boxes, options.csv_folder, options.figure_folder)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -15,6 +16,7 @@ from PIL import Image, ImageDraw
 from devices.compensation import Compensation, Correction, Mixture, XYZImage, clip_marks, mixed_tolerance
 from devices.display import EYES, Eye, EyeModels
 from documents.files import whole_file, writing
+from documents.options import Typed
 from runner.blocks.block import Block, Draft
 from runner.errors import SessionError
 from runner.observers.simulated import walk
@@ -221,43 +223,44 @@ class _Sheets:
 
 def preview(
     experiment: str | Path,
-    folder: str | Path,
+    folder: Annotated[str | Path, Typed("-o --output")],
     observer: str = "01",
     *,
     mode: str | None = None,
-    allow_uncharacterised: bool = False,
-    backend: str = "egl",
-    clipping: bool = False,
+    backend: Literal["egl", "null", "window"] = "egl",
     sheet: bool = False,
-    first: int | None = None,
+    first: Annotated[int | None, Typed(metavar="N", least=1)] = None,
+    clipping: bool = False,
+    allow_uncharacterised: bool = False,
     progress: Progress = no_progress,
     notify: Callable[[str], None] = lambda line: None,
 ) -> tuple[Path, ...]:
-    """Write every screen that an observer would see, for each eye, as PNG files of the exact device codes.
+    """Write what each eye sees in every trial, as PNG.
 
-    Equal screens are drawn once.
+    The files hold the exact device codes of each eye's area, named by block, screen and eye. For a first look, --sheet
+    puts all screens on pages of small pictures instead. With --clipping, red marks pixels that ask a channel for more
+    light than it has, blue those that ask for less than none, magenta both.
 
     Parameters
     ----------
     experiment
         Experiment file.
     folder
-        Folder to write to; made if need be.
+        Folder to write to.
     observer
-        Code of the observer whose order of trials is shown.
+        Observer whose order of trials is shown.
     mode
-        Stereo mode in place of the rig's.
-    allow_uncharacterised
-        Whether to use another mode's characterisation if the mode has none.
+        Stereo mode to use instead of the rig's.
     backend
-        Where to draw: ``egl``, ``null`` or ``window``.
-    clipping
-        Whether each screen is followed by one in which marks stand for the pixels outside the gamut.
+        Where to draw.
     sheet
-        Whether to write contact sheets in place of them, ``sheet-1.png`` and so on: each screen once, reduced, for
-        both eyes, with its block and its trials.
+        Write all screens on pages of small pictures instead, each screen once.
     first
-        How many trials to show, with the pages of words before them; all if None.
+        Show the first N trials only.
+    clipping
+        Also write each screen with the pixels outside the gamut marked.
+    allow_uncharacterised
+        Use another mode's characterisation if this mode has none; every record states it.
     progress
         Called with what is being done, how much of it is done, and of how much.
     notify

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeAlias
 
 from documents.options import MONITOR
 from documents.platform import command_to_type
+from documents.text import JsonResult, counted
 
 if TYPE_CHECKING:
     from analysis.kinds import OutcomeRecord
@@ -107,12 +108,13 @@ class SessionOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class SessionResult:
-    """How a session ended: ``answered`` of ``trials`` scored trials are on disk; ``folder`` is None if it stopped.
+class SessionResult(JsonResult):
+    """How a session of an ``observer`` ended: ``answered`` of ``trials`` scored trials are on disk.
 
-    ``failed_tests`` are the vision tests that the observer failed; ``screened_out`` is whether the session ended there.
-    ``doubt`` says why its answers may be none, empty if nothing is striking. ``work`` counts what was done for it, as
-    the session's log has it, and the pictures that were rendered before.
+    ``folder`` is None if it stopped. ``failed_tests`` are the vision tests that the observer failed; ``screened_out``
+    is whether the session ended there. ``doubt`` says why its answers may be none, empty if nothing is striking.
+    ``work`` counts what was done for it, as the session's log has it, and the pictures that were rendered before.
+    ``further`` says how it is continued, ``was_replayed`` whether a recording's key presses were repeated.
     """
 
     ending: Ending
@@ -123,14 +125,57 @@ class SessionResult:
     screened_out: bool = False
     doubt: str = ""
     work: Mapping[str, int] = field(default_factory=dict)
+    observer: str = ""
+    further: str = ""
+    was_replayed: bool = False
+    json_names: ClassVar = "ending answered trials folder failed screened_out doubt work"
+    json_keys: ClassVar = {"failed": "failed_tests"}
 
-    def to_json(self) -> dict[str, Any]:
-        """Return all of it as plain JSON."""
-        folder = str(self.folder) if self.folder else None
-        counts = {"ending": self.ending, "answered": self.answered, "trials": self.trials, "folder": folder}
-        failed = [{"test": outcome.test, "words": outcome.words} for outcome in self.failed_tests]
-        told = {"failed_tests": failed, "screened_out": self.screened_out, "doubt": self.doubt}
-        return {**counts, **told, "work": dict(self.work)}
+    @property
+    def failed(self) -> list[dict[str, str]]:
+        """The vision tests that the observer failed, each with what that means."""
+        return [{"test": outcome.test, "words": outcome.words} for outcome in self.failed_tests]
+
+    @property
+    def completed(self) -> bool:
+        """Whether it came to its end, and is on disk."""
+        return self.ending == "completed" and self.folder is not None
+
+    @property
+    def exit_status(self) -> int:
+        """0 if it was completed, or a replay's window was closed; else 1."""
+        return int(not self.completed and not (self.was_replayed and self.ending == "window closed"))
+
+    def told(self) -> Iterator[str | tuple[tuple[str, str], ...]]:
+        """Yield what is saved, how the session is continued, and what failed vision tests mean."""
+        if self.completed and self.folder:
+            yield f"{counted(self.answered, 'answer is', 'answers are')} in {self.folder}"
+            yield f"Score all observers with: cyclopean report {self.folder.parents[1]}"
+        else:
+            saved = f"{self.answered} of {counted(self.trials, 'answer', 'answers')} saved"
+            yield f"{_ENDINGS[self.ending]}; {saved}. {self.further}"
+        for outcome in self.failed_tests:
+            yield ((f"Observer {self.observer} failed a vision test: {outcome.words}.", "bold"),)
+        if not self.failed_tests:
+            return
+        yield "It is a screen, no diagnosis: advise the observer at most to see an optometrist."
+        if self.screened_out:
+            yield "The session ended there, as the experiment says (on_fail: stop), and is complete."
+        tests = " ".join(f"--passed {outcome.test}" for outcome in self.failed_tests)
+        yield f"A report includes the answers and names the observer; to leave them out, add {tests} to `report`."
+
+    def apart(self, as_json: bool) -> Iterator[str]:
+        """Yield why the answers may be none, as JSON says too."""
+        if self.doubt:
+            yield f"warning: {self.doubt}"
+
+
+_ENDINGS: Mapping[Ending, str] = {
+    "left": "Stopped by the observer",
+    "window closed": "The window was closed",
+    "interrupted": "Interrupted by Ctrl-C",
+    "terminated": "Ended by a signal",
+}
 
 
 def session_command(experiment: str | Path, observer: str, options: SessionOptions, **changed: bool) -> str:

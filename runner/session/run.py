@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from analysis.errors import ResultsError
 from analysis.observers import FastAnswers, failed_tests, screened_out
@@ -18,6 +19,7 @@ from analysis.records import FILE_NAME, SessionLog, read_session
 from analysis.seals import check_log
 from documents import Finding
 from documents.files import LogDisturbedError, in_use
+from documents.options import made, taking
 from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ObserverSpec, read_observer
@@ -39,8 +41,8 @@ from runner.session.folders import (
     to_resume,
     unfinished,
 )
-from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
-from runner.session.picture_source import Progress, build_stimuli, no_progress
+from runner.session.options import Ending, SessionOptions, SessionResult, session_command
+from runner.session.picture_source import build_stimuli
 from runner.session.station import Station
 from runner.session.timing_marks import lost_marks
 from stimuli.build import StimulusSet
@@ -149,7 +151,22 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
         )
         file = _read_back(station, typed)  # before others may resume the session
     del stopped  # a long log would be in memory twice
-    return _result(station, ending, folder, file, observer)
+    done = _result(station, ending, folder, file, observer)
+    return replace(
+        done,
+        observer=observer,
+        further=_further(experiment, observer, options, begun=bool(station.status.blocks)),
+        was_replayed=bool(options.replay),
+    )
+
+
+def _further(experiment: str | Path, observer: str, options: SessionOptions, *, begun: bool) -> str:
+    """Return how a session is continued, if it has ``begun``, or else begun again."""
+    if options.replay:
+        return "The recording ends here"
+    new, again = options.new and not begun, options.again and not begun
+    typed = session_command(experiment, observer, options, resume=begun, new=new, again=again)
+    return f"{'Continue' if begun else 'Begin again'}: {typed}"
 
 
 def _refuse_contradictions(options: SessionOptions) -> None:
@@ -253,18 +270,14 @@ class Simulation:
     stimuli: StimulusSet
 
 
+@taking(SessionOptions, "resume", "new", "accept_gamma_table", "simulate", "replay", "windowed", "wrong_screen")
 def simulate(
     experiment: str | Path,
     observer_file: str | Path,
     observers: int | Sequence[str] = 1,
     *,
-    results: str | Path = Path("results"),
     seed: int | None = None,
-    again: bool = False,
-    mode: str | None = None,
-    allow_uncharacterised: bool = False,
-    backend: Backend = "egl",
-    progress: Progress = no_progress,
+    **options: Any,
 ) -> Simulation:
     """Run a session with each of some simulated observers, without waiting; every trial is drawn and recorded.
 
@@ -276,18 +289,11 @@ def simulate(
         File that says how the simulated observers judge, such as ``configs/observers/table_4_4.yaml``.
     observers
         How many there are, called ``01``, ``02``, and so on; or their codes.
-    results
-        Folder that the sessions are written below.
     seed
         Random seed for the answers; that of the experiment if None. The order of trials does not depend on it.
-    again
-        Whether observers who finished a session in ``results`` have another sitting.
-    mode, allow_uncharacterised
-        As in `SessionOptions`.
-    backend
-        Where to draw.
-    progress
-        Called with what is being done, how much of it is done, and of how much.
+    **options
+        Those of `SessionOptions` by their names, such as ``results``, ``mode`` and ``progress``; with ``again``,
+        observers who finished a session in ``results`` have another sitting.
 
     Returns
     -------
@@ -314,33 +320,40 @@ def simulate(
     codes = [f"{number:02d}" for number in range(1, observers + 1)] if isinstance(observers, int) else list(observers)
     for code in codes:
         check_observer(code)
-    design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
+    asked = made(SessionOptions, {**options, "simulate": observer_file, "windowed": True, "wrong_screen": True})
+    if asked.resume or asked.new or asked.replay:
+        raise SessionError("simulated observers begin sessions of their own: leave out resume, new and replay")
+    results = asked.folder
+    design = read_experiment(experiment, asked.mode, allow_uncharacterised=asked.allow_uncharacterised)
     design.refuse_name_clashes()
     law = _law(observer_file, design)
-    stopped = [code for code in codes if (log := unfinished(Path(results), design.spec.name, code)) and answered(log)]
+    stopped = [code for code in codes if (log := unfinished(results, design.spec.name, code)) and answered(log)]
     resumed = SessionOptions(
-        results, resume=True, mode=mode, simulate=observer_file, allow_uncharacterised=allow_uncharacterised
+        results,
+        resume=True,
+        mode=asked.mode,
+        simulate=observer_file,
+        allow_uncharacterised=asked.allow_uncharacterised,
     )
     if stopped:
         what = f"{'these observers have' if len(stopped) > 1 else 'this observer has'} an unfinished session of "
         what += f"'{design.spec.name}': {', '.join(stopped)}"
         typed = session_command(experiment, stopped[0], resumed)
         raise SessionError(Finding(what, str(results), remedy=f"choose another folder, or resume each: {typed}"))
-    for code in () if again else codes:
-        refuse_used(Path(results), design.spec.name, code, _AGAIN, simulated=True)
-    stimuli = build_stimuli(design, progress)
+    for code in () if asked.again else codes:
+        refuse_used(results, design.spec.name, code, _AGAIN, simulated=True)
+    stimuli = build_stimuli(design, asked.progress)
     folders = []
-    options = replace(resumed, resume=False, backend=backend, windowed=True, wrong_screen=True)
-    remarks = _changes(design, stimuli, options, simulated=True)
-    with Station.open(design, stimuli, options) as station:
+    remarks = _changes(design, stimuli, asked, simulated=True)
+    with Station.open(design, stimuli, asked) as station:
         for done, code in enumerate(codes, start=1):
             typed = session_command(experiment, code, resumed)
-            with only_session(options.folder, design.spec.name, code):
+            with only_session(results, design.spec.name, code):
                 with _stops(typed):
                     answers = station.simulated(law, code, seed)
                     folders.append(station.run(code, answers, simulated=True, remarks=remarks))
                 _read_back(station, typed)
-            progress("Running simulated observers", done, len(codes))
+            asked.progress("Running simulated observers", done, len(codes))
         work = station.presenter.counters
     return Simulation(tuple(folders), work, design, stimuli)
 

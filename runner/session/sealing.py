@@ -4,44 +4,71 @@ from __future__ import annotations
 
 import importlib.metadata
 from pathlib import Path
+from typing import Annotated
 
 from analysis.records import read_results
 from analysis.seals import SIGNATURE, Seal, read_private_key, read_seal, write_seal
-from documents import Finding
-from documents.text import counted
+from analysis.seals import new_key as make_key
+from documents import Finding, WorkError
+from documents.files import writing
+from documents.options import Typed
+from documents.text import JsonResult, counted
 from runner.errors import SessionError
 from runner.session.folders import is_running
 from runner.session.header import software
 
 
-def seal_results(results: str | Path, *, replace: bool = False, key: str | Path | None = None) -> Seal:
-    """Write `seal.json` into a folder of results: the SHA-256 of every file, for a paper to cite.
+def seal(
+    results: Annotated[str | Path | None, Typed(metavar="RESULTS", place=True)] = None,
+    *,
+    replace: bool = False,
+    key: str | Path | None = None,
+    new_key: str | Path | None = None,
+) -> JsonResult:
+    """Write down the SHA-256 of every file of results.
 
-    Sealed are the session logs, the configuration that they were made with (experiment, rig, display, recipe, and the
-    manifest with the SHA-256 of every picture), and whatever else lies in the folder, but for hidden files and the
-    pages that `report` writes. The versions of all installed packages stand beside.
+    RESULTS is a folder of sessions. Its file seal.json then names every session log, the experiment, rig, display,
+    recipe and pictures that the sessions were made with, and the versions of all packages. `cyclopean verify` compares
+    the folder with it. With --key it is signed (seal.sig): `cyclopean verify --key FILE.pub` then tells whether it is
+    yours. --new-key makes such a key, once, and seals nothing.
 
     Parameters
     ----------
     results
         Folder of results.
     replace
-        Whether to seal again a folder that has a seal; the new one names the SHA-256 of the one that it replaces.
+        Seal again; the new seal names the one that it replaces.
     key
-        File of a private key to sign the seal with, as `new_key` makes one; None leaves it unsigned.
+        Private key to sign the seal with.
+    new_key
+        Make a private key FILE, and FILE.pub for others.
 
     Returns
     -------
-    Seal
-        The seal, and its own SHA-256.
+    Seal or Key
+        The seal, and its own SHA-256; or the key that was made.
 
     Raises
     ------
     InputError
         If the folder holds no session, a log is damaged or being written, a file is a symbolic link, there is a seal
         already, a signed one would be replaced by one that is not, or the key cannot sign.
-    OSError
-        If the seal cannot be written.
+    WorkError
+        If the seal or the key cannot be written.
+    """
+    if new_key is not None:
+        if results is not None or key is not None or replace:
+            raise SessionError("--new-key makes a key and seals nothing: give it alone")
+        with writing(Path(new_key), "key", WorkError):
+            return make_key(Path(new_key))
+    if results is None:
+        raise SessionError("no folder of RESULTS is named")
+    with writing(Path(results), "seal", WorkError):
+        return seal_results(results, replace=replace, key=key)
+
+
+def seal_results(results: str | Path, *, replace: bool = False, key: str | Path | None = None) -> Seal:
+    """Seal a folder of results, as `seal` does. Raises InputError, and OSError where the seal cannot be written.
 
     Examples
     --------

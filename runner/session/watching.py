@@ -7,16 +7,17 @@ log has no end and was written to of late; the time is that of the files, since 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, ClassVar
 
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
 from analysis.records import SessionLog, read_session, read_utc, session_files
 from documents import Finding, InputError
 from documents.files import MOST_LOG_BYTES, looked_for, open_regular
+from documents.options import Typed
 from documents.text import JsonResult, visible
 from runner.session.status import SessionStatus, time_left
 
@@ -74,15 +75,77 @@ class WatchedSession(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Watched:
-    """What is running: the ``sessions``, the latest written first, and ``findings`` on logs that cannot be read."""
+class Watched(JsonResult):
+    """What is running: the ``sessions``, the latest written first, and ``findings`` on logs that cannot be read.
+
+    Sessions that were written to ``within_s`` are shown; ``again`` is whether it is looked at again and again.
+    """
 
     sessions: tuple[WatchedSession, ...]
     findings: tuple[Finding, ...] = ()
+    within_s: float = RECENT_S
+    again: bool = False
+    json_names: ClassVar = "sessions unreadable"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {"sessions": [one.to_json() for one in self.sessions], "unreadable": [str(one) for one in self.findings]}
+    @property
+    def unreadable(self) -> list[str]:
+        """The findings, in words."""
+        return list(map(str, self.findings))
+
+    def told(self) -> Iterator[str]:
+        """Yield a line for each session."""
+        yield from (session.line() for session in self.sessions)
+        if not self.sessions:
+            yield f"no session was written to in the last {self.within_s / 60:g} min"
+
+    def apart(self, as_json: bool) -> Iterator[str]:
+        """Yield a warning for each log that cannot be read, where JSON does not say it."""
+        yield from (f"warning: {finding}" for finding in (() if as_json else self.findings))
+
+
+def watch(
+    results: Path,
+    *,
+    once: bool = False,
+    every_s: Annotated[float, Typed("--every", "SECONDS", 0.2, 3600)] = 2.0,
+    within_min: Annotated[float, Typed("--within", "MINUTES", 0.1, 1e6)] = 30.0,
+) -> Iterator[Watched]:
+    """Show the sessions that are running, on this station and others.
+
+    RESULTS is a folder, which may lie on a drive that several stations share. For each session: the trial, the time
+    left, the last answers, missed frames, and when its log was last written to. Only logs are read, and nothing is
+    written.
+
+    Parameters
+    ----------
+    results
+        Folder of results.
+    once
+        Look once, not again and again until Ctrl-C.
+    every_s
+        How often to look again.
+    within_min
+        Show the sessions that were written to so lately.
+
+    Yields
+    ------
+    Watched
+        What is running now.
+
+    Raises
+    ------
+    ResultsError
+        If the folder does not exist.
+    """
+    looking = Watch(results, 60 * within_min)
+    while True:
+        yield replace(looking.look(), again=not once)
+        if once:
+            return
+        try:
+            time.sleep(every_s)
+        except KeyboardInterrupt:
+            return
 
 
 @dataclass(slots=True)
@@ -124,7 +187,7 @@ class Watch:
                 continue  # it was moved away
             except ResultsError as error:
                 findings += error.findings if _has_begun(file) else ()
-        return Watched(tuple(sorted(sessions, key=lambda one: one.idle_s)), tuple(findings))
+        return Watched(tuple(sorted(sessions, key=lambda one: one.idle_s)), tuple(findings), self.recent_s)
 
     def _log(self, file: Path, version: tuple[int, int]) -> SessionLog:
         known = self._known.get(file)

@@ -20,7 +20,7 @@ from documents import counted
 from documents.text import visible
 from runner.presenter.modes.registry import MODES
 from runner.studies.gather import Grouping, Member
-from runner.studies.options import Kind
+from runner.studies.options import Kind, StudyOptions
 from runner.studies.plan import GAP_MM, SizePlan
 from runner.studies.screen import StudyScreen
 from runner.views.layout import PHYSICAL
@@ -73,8 +73,7 @@ class StudyDesign:
 
     folder: str
     label: str
-    kind: Kind
-    own_question: str | None
+    options: StudyOptions
     members: tuple[Member, ...]
     grouping: Grouping | None
     plan: SizePlan
@@ -82,13 +81,21 @@ class StudyDesign:
     mode: str
     white_cd_m2: float
     distance_mm: float
-    monitors: tuple[str, ...] = ()
-    reference: str | None = None
+
+    @property
+    def kind(self) -> Kind:
+        """What observers do."""
+        return self.options.kind
+
+    @property
+    def reference(self) -> str | None:
+        """What the layout calls that with which pictures are compared."""
+        return self.options.reference
 
     @property
     def question(self) -> str:
         """What observers are asked."""
-        return self.own_question or (BESIDE_A_REFERENCE if self.reference else QUESTIONS)[self.kind]
+        return self.options.question or (BESIDE_A_REFERENCE if self.reference else QUESTIONS)[self.kind]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -216,9 +223,8 @@ def _values(design: StudyDesign) -> dict[str, Any]:
     widths = {plan.width_mm(n) if not p.is_pixel_for_pixel else None for n, p in enumerate(plan.pictures)}
     shared_mm = next(iter(widths)) if len(widths) == 1 else None
     trials = len(design.names) if design.kind == "rating" else design.pairs
-    chosen = (
-        {"monitor": design.monitors[0] if len(design.monitors) == 1 else design.monitors} if design.monitors else {}
-    )
+    monitors = design.options.monitors
+    chosen = {"monitor": monitors[0] if len(monitors) == 1 else monitors} if monitors else {}
     three = commands(PurePath(design.folder, EXPERIMENT), design.label)
     return {
         "design": design,

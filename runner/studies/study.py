@@ -174,10 +174,10 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
     else:
         screen = screen_of_file(options.display)
     mode = _mode(members, options.mode, screen)
-    white = options.white_cd_m2 or screen.white_cd_m2.get(mode, WHITE_CD_M2)
+    white = screen.white_cd_m2.get(mode, WHITE_CD_M2) if options.white_cd_m2 is None else options.white_cd_m2
     if not 0 < white < 100_000:
         raise InputError(Finding(f"a white of {white:g} cd/m² is none", remedy="such as --white 100"))
-    distance_mm = options.distance_mm or screen.distance_mm or DISTANCE_MM
+    distance_mm = (screen.distance_mm or DISTANCE_MM) if options.distance_mm is None else options.distance_mm
     grouping = groups_of_pairs(judged) if kind == "within-groups" else by_folder(judged) if kind == "best" else None
     plan = plan_sizes(
         [member.picture.size_px for member in members],
@@ -192,8 +192,7 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
     return StudyDesign(
         called,
         _label(called),
-        kind,
-        _line(options.question),
+        replace(options, question=_line(options.question), reference=reference),
         members,
         grouping,
         plan,
@@ -201,8 +200,6 @@ def _design(folder: Path, members: tuple[Member, ...], options: StudyOptions, as
         mode,
         white,
         distance_mm,
-        options.monitors,
-        reference,
     )
 
 
@@ -248,7 +245,7 @@ def _mode(members: Sequence[Member], wanted: str | None, screen: StudyScreen) ->
 
 def _checked(draft: Path, folder: Path) -> Experiment:
     """Return the study in ``draft`` after `cyclopean check`; what is wrong names its place in ``folder``."""
-    report = check_file(draft / EXPERIMENT, CheckOptions(screen="skip", pictures=False))
+    report = check_file(draft / EXPERIMENT, CheckOptions(screen=False, pictures=False))
     if report.errors:
         errors = [(finding, (finding.file or "").replace(str(draft), str(folder))) for finding in report.errors]
         raise InputError([replace(finding, file=file or None) for finding, file in errors])

@@ -6,13 +6,14 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding, InputError
 from documents.files import unwritable
+from documents.options import Typed
 from documents.pages import Table
 from documents.text import JsonResult, counted
 from stimuli.bracket.checks import check_alike, check_scene, exposure_notes, relative_exposures, where_moved
@@ -71,20 +72,26 @@ def _cells(photograph: dict[str, Any]) -> tuple[str, ...]:
 
 
 def bracket_photographs(
-    photos: Sequence[str | Path],
-    output: str | Path,
+    photos: Annotated[Sequence[str | Path], Typed(metavar="PHOTO...")],
+    output: Annotated[str | Path, Typed("-o --output", "OUT.exr", read="builtins.str")],
     options: BracketOptions | None = None,
     *,
     progress: Progress = lambda what, done, total: None,
 ) -> BracketReport:
-    """Merge photographs of one scene at several exposures, and write the picture and its steps.
+    """Merge photographs of one scene at several exposures into one picture.
+
+    PHOTO are raw files, or TIFF or OpenEXR files of linear camera RGB, from a camera that did not move, at one f-number
+    and ISO. Each photosite is the mean of the exposures that are not full there, weighed by the sensor's noise. The
+    exposures are compared with one another: other scenes, a changed light and moving objects are found.
+
+    The result is as of `camera develop`: absolute XYZ with --camera, else camera RGB. The steps go into a .steps.json.
 
     Parameters
     ----------
     photos
         Two or more raw files, or TIFF or OpenEXR files of linear camera RGB, of one camera that did not move.
     output
-        The OpenEXR file (.exr) to write; the steps go into a .steps.json beside it.
+        OpenEXR file to write.
     options
         The camera file, the demosaicing, dark frames and flat fields, and what is done where something moved.
     progress

@@ -8,6 +8,7 @@ from .recipe_to_set import other_observer as other_observer
 from .report import BuildReport as BuildReport
 from .report import BuiltStimulus as BuiltStimulus
 from .report import build_report as build_report
+from .report import display_of as display_of
 from .report import export_exr as export_exr
 from .report import notes_on as notes_on
 from .stimulus_set import StimulusSet as StimulusSet

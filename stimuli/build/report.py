@@ -11,17 +11,19 @@ from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import srgb, white_point
 from devices.colour_matching import DEFAULT_OBSERVER
-from devices.display import Rig
+from devices.display import AskMonitor, Rig, read_rig
 from documents import Finding, InputError, in_threads
 from documents.files import read_cached_json, sha256_of_json, unwritable, whole_folder, write_whole, writing
+from documents.options import Typed
 from documents.pages import Table
+from documents.platform import cores
 from documents.text import JsonResult
 from stimuli.build.cache import cache_folder
 from stimuli.build.recipe_to_set import build_set
@@ -194,35 +196,49 @@ def _those(names: Sequence[str], of: int) -> str:
 
 
 def build_report(
-    recipe_path: Path,
+    recipe: Path,
     *,
-    rig: Rig | None = None,
-    pixel_pitch_mm: float | None = None,
-    output: Path | None = None,
-    exported: Path | None = None,
-    progress: Callable[[str, int, int], None] = lambda doing, done, total: None,
-    jobs: int = 1,
+    rig: Annotated[Path | None, Typed(metavar="RIG.yaml")] = None,
+    pixel_pitch_mm: Annotated[float | None, Typed(metavar="MM")] = None,
+    output: Annotated[Path | None, Typed("-o --output", "FOLDER")] = None,
+    exported: Annotated[Path | None, Typed("--export-exr", "FOLDER")] = None,
+    jobs: Annotated[int | None, Typed(metavar="N", least=1, most=256)] = None,
     force: bool = False,
     verify: bool = False,
+    ask_monitor: AskMonitor | None = None,
+    progress: Callable[[str, int, int], None] = lambda doing, done, total: None,
 ) -> BuildReport:
-    """Build the stimuli of a recipe, and report on each of them.
+    """Build the pictures of a recipe, or take them from the cache.
+
+    Pictures are made once and kept in the cache; after a change of the recipe, only the pictures that it concerns are
+    made again.
+    A build that was stopped is resumed. Wrong input is reported with its file and reason, and leaves the cache as it
+    was.
+
+    With a rig, the percentages of pixels that its display cannot show bright enough are reported too.
 
     Parameters
     ----------
-    recipe_path
+    recipe
         The recipe: see `read_recipe`.
     rig
-        The rig that will show the pictures: its pixels, its range and its viewing distance.
+        Rig that will show the pictures: its pixels, range and distance.
     pixel_pitch_mm
-        The pixel pitch of the display, where there is no ``rig``.
+        Pixel pitch of the display, if there is no rig.
     output
-        A new or empty folder, to which pictures, manifest and a contact sheet are copied.
+        New folder for a copy of pictures, manifest and contact sheet.
     exported
-        A new or empty folder, to which the pictures are written as OpenEXR, with a recipe that shows them.
+        New folder for the pictures as OpenEXR in XYZ, with a recipe.
+    jobs
+        Number of threads that make pictures. Default: 2.
+    force
+        Build all pictures again.
+    verify
+        Read every picture in the cache, not only those changed since.
+    ask_monitor
+        Called for what a monitor reports of itself, where the rig's display names none.
     progress
         Called with a description of the work, how much of it is done, and of how much.
-    jobs, force, verify
-        See `build_set`.
 
     Returns
     -------
@@ -232,9 +248,8 @@ def build_report(
     Raises
     ------
     InputError
-        If the recipe or a picture is wrong, ``output`` is taken or lies in the cache, or a file cannot be written.
-    ValueError
-        Unless either ``rig`` or ``pixel_pitch_mm`` is given.
+        Unless either ``rig`` or ``pixel_pitch_mm`` is given; if the recipe or a picture is wrong, ``output`` is taken
+        or lies in the cache, or a file cannot be written.
 
     Examples
     --------
@@ -248,20 +263,18 @@ def build_report(
     >>> report.stimuli[0].name, report.stimuli[0].size_px
     ('plate', (6, 4))
     """
-    if (rig is None) == (pixel_pitch_mm is None):
-        raise ValueError("give rig, or pixel_pitch_mm")
+    shown_by, pitch_mm = display_of(rig, pixel_pitch_mm, ask_monitor)
     for folder in (output, exported):
         if folder is not None:
             _check_output(folder)
-    setup = None if rig is None else DisplaySetup.of(rig)
-    pitch_mm = pixel_pitch_mm if rig is None else rig.display.panel.pixel_pitch_mm
-    assert pitch_mm is not None
+    setup = None if shown_by is None else DisplaySetup.of(shown_by)
     built = build_set(
-        recipe_path,
+        recipe,
         pitch_mm,
         lambda _, done, total: progress("Building stimuli", done, total),
         setup=setup,
-        jobs=jobs,
+        # Not more than two unless asked for: each thread may hold a pair of photographs, of 36 megapixels a few GB.
+        jobs=jobs or min(2, cores()),
         force=force,
         verify=verify,
     )
@@ -285,6 +298,18 @@ def build_report(
         for entry in built.manifest["stimuli"]
     )
     return BuildReport(built, stimuli, output, exported)
+
+
+def display_of(
+    rig: Path | None, pixel_pitch_mm: float | None, ask_monitor: AskMonitor | None = None
+) -> tuple[Rig | None, float]:
+    """Return the rig, None where the pixel pitch stands for it, and the pixel pitch in mm. Raises InputError."""
+    if rig is not None and pixel_pitch_mm is None:
+        read = read_rig(rig, ask_monitor=ask_monitor)
+        return read, read.display.panel.pixel_pitch_mm
+    if rig is not None or pixel_pitch_mm is None:
+        raise InputError(Finding("name the display", remedy="--rig RIG.yaml, or --pixel-pitch-mm MM"))
+    return None, pixel_pitch_mm
 
 
 def _notes(steps: list[Mapping[str, Any]]) -> list[str]:

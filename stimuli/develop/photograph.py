@@ -6,11 +6,12 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from devices.camera import Exposure
 from documents import Finding, InputError
 from documents.files import unwritable, write_whole, writing
+from documents.options import Typed
 from documents.pages import Table
 from documents.text import JsonResult
 from stimuli.develop.calibration_frames import Calibration, read_calibration
@@ -119,23 +120,29 @@ def _cells(photograph: DevelopedPhotograph) -> list[str]:
 
 
 def develop_photographs(
-    photos: Sequence[Path],
-    output: str | Path,
+    photos: Annotated[Sequence[Path], Typed(metavar="PHOTO...")],
+    output: Annotated[str | Path, Typed("-o --output", "OUT.exr|FOLDER", read="builtins.str")],
     options: DevelopOptions | None = None,
     *,
     progress: Callable[[str, int, int], None] = lambda what, done, total: None,
 ) -> DevelopReport:
-    """Develop ``photos`` to the OpenEXR file or into the folder ``output``; see `develop_photograph`.
+    """Turn photographs into pictures of linear light.
 
-    One photograph goes into the file ``output``, unless that is a folder or ends in a slash; several go into a folder,
-    which is made. One that cannot be developed is reported, and the others are written.
+    PHOTO is a raw file of a camera with a Bayer filter, or a TIFF or OpenEXR file of linear camera RGB. Black is
+    subtracted and colours are interpolated; no white balance, curve or clipping is applied. With --camera the result
+    is absolute XYZ in cd/m²; without it, camera RGB in shares of full scale. The steps go into a .steps.json beside it.
+
+    --dark and --flat are photographs without light, and of an even light, by the same camera: they are applied before
+    colours are interpolated.
+
+    A photograph that cannot be developed is reported, the others are written, and the exit status is 2.
 
     Parameters
     ----------
     photos
         Raw photographs.
     output
-        An OpenEXR file, or a folder; with a slash at its end, one is made for one photograph too.
+        OpenEXR file or folder to write.
     options
         The camera, the demosaicing, and what is done with light that the camera cannot measure.
     progress
@@ -144,7 +151,8 @@ def develop_photographs(
     Returns
     -------
     DevelopReport
-        What was written, and what could not be developed.
+        What was written, and what could not be developed. One photograph goes into a file, unless ``output`` is a
+        folder or ends in a slash; several go into a folder, which is made.
 
     Raises
     ------

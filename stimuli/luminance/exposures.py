@@ -11,8 +11,9 @@ Weber's (Expression 2.13).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
 from documents import Finding
-from documents.text import JsonResult
+from documents.text import JsonResult, with_error
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -79,12 +80,40 @@ class ExposureRow(JsonResult):
 
 @dataclass(frozen=True, slots=True)
 class ContrastOverExposure(JsonResult):
-    """The exposures, shortest first, measured in the picture of ``eye`` at the places of ``sparkles`` sparkles."""
+    """The exposures, shortest first, measured in the picture of ``eye`` at the places of ``sparkles`` sparkles.
+
+    ``figure`` is the file of the figure that was drawn of them.
+    """
 
     eye: Eye
     sparkles: int
     rows: tuple[ExposureRow, ...]
+    figure: Path | None = None
     json_keys: ClassVar = {"rows": "exposures"}
+
+    def told(self) -> Iterator[str]:
+        """Yield a line for each exposure, and where the figure is."""
+        yield f"{self.sparkles} sparkles of the shortest exposure, {self.eye} eye; ± standard error"
+        width = max(len(row.name) for row in self.rows)
+        for row in self.rows:
+            contrast = row.as_photographed.contrast
+            sparkle, background = row.as_photographed.sparkle_cd_m2, row.as_photographed.background_cd_m2
+            words = (
+                f"{row.name:<{width}}  {exposure_words(row.exposure_s):>5} s: sparkles {sparkle.value:.4g} cd/m² on "
+                f"{background.value:.4g}, contrast {with_error(contrast.value, contrast.se)}"
+            )
+            if row.as_shown is not None:
+                words += f", on the display {with_error(row.as_shown.contrast.value, row.as_shown.contrast.se)}"
+            if row.width_px.value == row.width_px.value:
+                words += f"; {row.width_px.value:.2f} px wide"
+            yield words
+        if self.figure is not None:
+            yield f"Figure: {self.figure}"
+
+
+def exposure_words(time_s: float) -> str:
+    """Return an exposure as cameras name it, such as 1/15."""
+    return f"{time_s:.3g}" if time_s >= 0.3 else f"1/{1 / time_s:.3g}"
 
 
 def contrast_over_exposure(

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from devices.camera import Exposure
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from documents import Finding
+from documents.options import Typed
 from documents.text import JsonResult, counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.linear_files import write_camera_exr
@@ -178,15 +179,23 @@ class SpectralReport(JsonResult):
         yield from (f"Note: {note}." for note in self.notes)
 
 
-def convert_spectral(file: str | Path, output: str | Path, options: SpectralOptions | None = None) -> SpectralReport:
-    """Write the spectral picture ``file`` to ``output`` (.exr), in absolute XYZ or as a virtual camera records it.
+def convert_spectral(
+    file: Annotated[str | Path, Typed(metavar="FILE", read="builtins.str")],
+    output: Annotated[str | Path, Typed("-o --output", "OUT.exr", read="builtins.str")],
+    options: SpectralOptions | None = None,
+) -> SpectralReport:
+    """Turn a spectral picture into XYZ, or into what a camera records.
+
+    FILE is OpenEXR with a channel per wavelength (S0.550nm, T.550nm or 550nm) or ENVI (.hdr). Radiance is in
+    W/(sr m² nm). By the --observer's functions it becomes absolute XYZ; with --sensitivities, linear camera RGB that
+    can be compared with a photograph.
 
     Parameters
     ----------
     file
         The spectral picture: OpenEXR (.exr) with a channel for each wavelength, or ENVI (.hdr, or the data beside it).
     output
-        The OpenEXR file (.exr) to write.
+        OpenEXR file to write.
     options
         The light, the observer or the camera, and what the values are.
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
 from devices.colour_matching import categorical_observers, colorimetric_observer, individual_observers
 from devices.diagnostics import ObserverMetamerism, observer_metamerism, screen_spectra
 from devices.readings import read_measurements
+from documents.options import Typed
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant, read_reflectances
 from stimuli.spectral.options import MetamerismOptions
@@ -17,8 +19,14 @@ from stimuli.spectral.options import MetamerismOptions
 _MOST_NM = 20.0
 
 
-def metamerism_of_files(objects: Path, readings: Path, options: MetamerismOptions) -> ObserverMetamerism:
-    """Return `observer_metamerism` of the objects in a CSV file under an illuminant, on a screen by its readings.
+def metamerism_of_files(
+    objects: Annotated[Path, Typed(metavar="OBJECTS.csv")], readings: Path, options: MetamerismOptions
+) -> ObserverMetamerism:
+    """Find how differently observers see an object beside its match on the screen.
+
+    OBJECTS.csv has the columns wavelength_nm and the reflectance of each object. READINGS are readings of the screen
+    with spectra, its primaries at full drive among them. Each object in the light is matched on the screen for one
+    observer; the differences that others see are in ΔE00 against their own white.
 
     Parameters
     ----------

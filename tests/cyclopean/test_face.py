@@ -27,6 +27,7 @@ from tests.choice import nightly
 from tests.conftest import write_study
 from tests.kept import known
 from tests.pages import Page
+from tests.runner.cli.every_command import commands
 
 ROOT = Path(__file__).parents[2]
 Study = Any  # tests/conftest.py
@@ -365,11 +366,11 @@ def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_s
 def test_the_notebook_has_every_option_of_the_command() -> None:
     from dataclasses import fields
 
-    from runner.cli.results import scores_command
+    from runner.cli.main import group
     from runner.reports import ReportOptions, ScoresOptions
 
     shown = inspect.signature(cyclopean.scores).parameters
-    typed = {each.name for each in scores_command.params} - {"table", "as_json", "observer_scores"}
+    typed = {each.name for each in dict(commands(group))["scores"].params} - {"table", "as_json", "observer_scores"}
     assert typed == {each.name for each in fields(ScoresOptions)} - {"observer_scores"}
     assert typed <= set(shown)
     assert {each.name for each in fields(ReportOptions)} - {"rule"} <= set(

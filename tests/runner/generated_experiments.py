@@ -122,7 +122,7 @@ def write(drawn: Mapping[str, Any], folder: Path) -> Path:
 def what_check_calls_right_opens(drawn: Mapping[str, Any], folder: Path, screens: int = 4) -> bool:
     """Assert that an experiment opens and fits if `check` calls it right, and return whether it does."""
     file = write(drawn, folder)
-    report = check_file(file, CheckOptions(results=folder / "results", screen="skip"))
+    report = check_file(file, CheckOptions(results=folder / "results", screen=False))
     if report.errors:
         return False
     shown = preview(file, folder / "screens", first=screens)

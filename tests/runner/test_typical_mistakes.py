@@ -41,7 +41,7 @@ def told(study: Study, mistake: Mapping[str, Any]) -> list[str]:
             said = study.cyclopean("scores", path, expect=2).stderr.splitlines()
         else:
             first = study.experiment if path.name in ("rig.yaml", "display.yaml", "recipe.yaml") else path
-            options = CheckOptions(results=study.results, screen="skip", pictures=False)
+            options = CheckOptions(results=study.results, screen=False, pictures=False)
             said = [str(error) for error in check_file(first, options).errors]
     return [line.replace(f"{study.folder}/", "").replace(str(study.folder), "") for line in said]
 

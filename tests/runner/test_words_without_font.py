@@ -35,7 +35,7 @@ def ask(study: Study, question: str, more: str = "") -> None:
 
 
 def checked(study: Study) -> CheckReport:
-    return check_file(study.experiment, CheckOptions(results=study.results, screen="skip", pictures=False))
+    return check_file(study.experiment, CheckOptions(results=study.results, screen=False, pictures=False))
 
 
 def test_check_names_the_letters_that_no_font_here_has_where_they_are_written(

@@ -26,7 +26,7 @@ def whole_way(file: Path, observers: Path, folder: Path, *, page: bool = True) -
     ``folder`` must be new.
     """
     results = folder / "results"
-    if check_file(file, CheckOptions(results, screen="skip")).errors:
+    if check_file(file, CheckOptions(screen=False, results=results)).errors:
         return False
     done = simulate(file, observers, OBSERVERS, results=results)
     logs = [read_session(session / FILE_NAME) for session in done.folders]

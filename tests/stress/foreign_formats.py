@@ -127,7 +127,7 @@ def _check(path: Path) -> object:
         if not (path.parent / name).exists():
             path.parent.joinpath(name).write_bytes(text)
             _pictures(path.parent)
-    report = check_file(path, CheckOptions(screen="skip", pictures=False))
+    report = check_file(path, CheckOptions(screen=False, pictures=False))
     if report.errors:
         raise InputError(report.errors)
     return report

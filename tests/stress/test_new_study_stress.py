@@ -152,7 +152,7 @@ def test_every_kind_and_mode_passes_and_runs(tmp_path: Path, kind: Kind, mode: s
     draw_flat(folder, names[1:2], (200, 500))
     (draw_flat if mode == "flat" else draw_pairs)(folder, names[2:], (900, 300))
     study = new_study(tmp_path / "my_study", [folder], StudyOptions(kind, mode, panel=PANEL))
-    report = check_file(study.experiment, CheckOptions(screen="skip"))
+    report = check_file(study.experiment, CheckOptions(screen=False))
     assert [str(error) for error in report.errors] == []
     if find_mode(mode).needs_stereo:
         return  # drivers without stereo buffers cannot draw it
@@ -169,7 +169,7 @@ def test_every_panel_is_planned_for_in_every_mode(tmp_path: Path, panel: str) ->
     for mode, kind in zip(MODES, cycle(KINDS)):
         options = StudyOptions(kind, mode, panel=PanelSpec.parse(panel))
         study = new_study(tmp_path / mode, [folder], options)
-        report = check_file(study.experiment, CheckOptions(screen="skip", pictures=False))
+        report = check_file(study.experiment, CheckOptions(screen=False, pictures=False))
         assert [str(error) for error in report.errors] == []
 
 
@@ -177,7 +177,7 @@ def test_two_hundred_pictures_and_more_than_a_recipe_holds(tmp_path: Path) -> No
     folder = draw_flat(tmp_path / "photos", [f"p{number}" for number in range(200)], (16, 16))
     for kind in KINDS[:3]:
         study = new_study(tmp_path / kind, [folder], StudyOptions(kind, panel=PANEL))
-        report = check_file(study.experiment, CheckOptions(screen="skip", pictures=False))
+        report = check_file(study.experiment, CheckOptions(screen=False, pictures=False))
         assert [str(error) for error in report.errors] == []
     draw_flat(folder, [f"q{number}" for number in range(801)], (16, 16))
     with pytest.raises(InputError, match="1000"):

@@ -360,7 +360,7 @@ def peak_mb():
 
 folder, display = Path(sys.argv[1]), sys.argv[2]
 os.environ["CYCLOPEAN_CACHE"] = str(folder / "cache")
-options = ShowOptions(screenshot=folder / "out.png", backend="egl")
+options = ShowOptions(screenshot=folder / "out.png", headless=True)
 shown = show_picture(folder / "large.exr", display, "side-by-side", options)
 print(*shown.picture_px, *shown.read_px, peak_mb())
 built = build_set(folder / "large.yaml", 0.2768)

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import gettempdir
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from documents import Finding, InputError, WorkError
 from documents.files import unwritable, writing
-from documents.options import option_names
+from documents.options import Typed, option_names
 from documents.pages import Block, write_page
 from documents.text import JsonResult
 from runner.presenter import primary_monitor
@@ -49,9 +49,9 @@ class ComparisonReport(JsonResult):
     json_names: ClassVar = "comparison written"
 
     @property
-    def validated(self) -> bool:
-        """Whether the rendering is validated."""
-        return self.comparison.verdict.decision == "validated"
+    def exit_status(self) -> int:
+        """0 if the rendering is validated, else 1."""
+        return int(self.comparison.verdict.decision != "validated")
 
     @property
     def written(self) -> dict[str, Any]:
@@ -71,19 +71,27 @@ class ComparisonReport(JsonResult):
 def report_comparison(
     photo: Path | str,
     rendering: Path | str,
-    regions: Path | str,
+    regions: Annotated[Path | str, Typed("--regions", "R.yaml")],
     options: ComparisonOptions | None = None,
     *,
     root: Path = Path(),
     progress: Callable[[str, int, int], None] | None = None,
     asked: Mapping[str, Any] | None = None,
 ) -> ComparisonReport:
-    """Compare a photograph with its rendering, and write a page and an experiment where they are asked for.
+    """Compare a rendering with a photograph, and report whether it is validated.
+
+    PHOTO and RENDERING are OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, spectral pictures, or, with
+    --colour-space and --picture-white, pictures such as PNG and JPEG. They are brought to one grid, and compared by
+    regions, pixel by pixel, as the eye resolves them at the viewing distance, and by their sparkles.
+
+    Exit status: 0 validated, 1 not validated or undecided, 2 the input was wrong, and nothing was written.
 
     Parameters
     ----------
-    photo, rendering, regions, progress
+    photo, rendering, progress
         As `compare_pictures` takes them.
+    regions
+        File of the regions to compare (chart, plates, areas) and the limits.
     options
         How they are compared, where they are seen, and what is written: a page, whole or not at all, whose folder is
         made if need be; an experiment that shows both pictures to observers.

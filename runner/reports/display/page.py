@@ -7,11 +7,12 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from devices.diagnostics import Diagnosis, JudgeOptions, Verdicts, judge_display
 from documents import WorkError
 from documents.files import writing
+from documents.options import Typed
 from documents.pages import (
     Beside,
     Block,
@@ -65,8 +66,15 @@ class DisplayReport(JsonResult):
         yield f"The report: {self.page}"
 
 
-def report_display(measurements: Sequence[Path], options: JudgeOptions, output: Path | None = None) -> DisplayReport:
-    """Judge a display by its measurements as `devices.diagnostics.judge_display`, and write an HTML page on it.
+def report_display(
+    measurements: Annotated[Sequence[Path], Typed(metavar="MEASUREMENTS...")],
+    options: JudgeOptions,
+    output: Annotated[Path | None, Typed("-o --output")] = None,
+) -> DisplayReport:
+    """Judge a display by its measurements, and write an HTML page.
+
+    MEASUREMENTS are files of readings. Each check passes, fails, or says what would have to be read for it. Checks
+    that fail do not make the command fail.
 
     Parameters
     ----------
@@ -75,7 +83,7 @@ def report_display(measurements: Sequence[Path], options: JudgeOptions, output: 
     options
         What they are judged with.
     output
-        The page; None gives it the first file's name.
+        HTML page to write. Default: the first file's name with .html.
 
     Raises
     ------

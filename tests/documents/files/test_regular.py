@@ -496,12 +496,10 @@ def test_too_many_open_files_are_said_by_the_program(tmp_path: Path, cyclopean: 
 def test_what_nobody_caught_is_a_line_and_no_traceback(
     error: BaseException, monkeypatch: pytest.MonkeyPatch, cyclopean: Callable[..., Any], tmp_path: Path
 ) -> None:
-    import analysis.records
-
     def fail(*_: Any, **__: Any) -> NoReturn:
         raise error
 
-    monkeypatch.setattr(analysis.records, "check_results", fail)
+    monkeypatch.setattr("analysis.seals.check.check_results", fail)
     told = cyclopean("verify", tmp_path, expect=1).stderr
     assert str(system_fault(error)) in told
     assert len(told.splitlines()) == 1

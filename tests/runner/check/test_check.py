@@ -23,7 +23,7 @@ HEADER = new_header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", questio
 
 
 def _check(study: Study, **options: Any) -> CheckReport:
-    return check_file(study.experiment, CheckOptions(**{"results": study.results, "screen": "skip", **options}))
+    return check_file(study.experiment, CheckOptions(**{"results": study.results, "screen": False, **options}))
 
 
 def _messages(checked: CheckReport) -> str:
@@ -86,7 +86,7 @@ def test_settings_of_the_monitor_that_differ_from_those_measured_with_are_warned
     warned = _messages(_check(study))
     assert "brightness_percent 35, not 40" in warned
     assert "dynamic contrast is on" in warned
-    assert _messages(check_file(study.folder / "rig.yaml", CheckOptions(screen="skip"))).count("settings of the") == 1
+    assert _messages(check_file(study.folder / "rig.yaml", CheckOptions(screen=False))).count("settings of the") == 1
     assert check_file(study.folder / "display.yaml").facts["monitor_settings"]
 
 
@@ -178,26 +178,26 @@ def test_without_a_display_the_screen_is_passed_over_unless_it_must_do(
 ) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    checked = _check(study, screen="if present")
+    checked = _check(study, screen=None)
     assert checked.facts["screen"] == NO_DISPLAY
     assert not checked.errors
-    assert "there is no display here" in str(_check(study, screen="required").errors[0])
+    assert "there is no display here" in str(_check(study, screen=True).errors[0])
 
 
 def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", xvfb)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert [monitor.size_px for monitor in monitors()] == [(1920, 1080)]
-    checked = _check(study, screen="if present")
+    checked = _check(study, screen=None)
     assert checked.facts["screen"]["mode_possible"] is True
     assert "640 × 480 px (there: 1920 × 1080)" in _messages(checked)
     assert not checked.errors
-    assert "no screen shows" in "\n".join(map(str, _check(study, screen="required").errors))
+    assert "no screen shows" in "\n".join(map(str, _check(study, screen=True).errors))
     study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
-    assert "no screen shows" not in _messages(_check(study, screen="if present"))
+    assert "no screen shows" not in _messages(_check(study, screen=None))
     study.edit("display.yaml", "pixel_pitch_mm: 0.25", "pixel_pitch_mm: 0.25, bits: 10, refresh_hz: 144")
     study.edit("rig.yaml", "mode: side-by-side", "mode: quad-buffered")
-    checked = _check(study, screen="required")
+    checked = _check(study, screen=True)
     told = "\n".join(map(str, checked.errors))
     assert "'quad-buffered' cannot be shown" in told
     assert checked.facts["screen"]["mode_possible"] is False
@@ -244,7 +244,7 @@ def test_files_that_are_named_have_no_detour_in_their_path(study: Study, monkeyp
     study.edit("rig.yaml", "distance_mm: 700", "distance_mm: -700")
     study.edit("recipe.yaml", "schema_version: 1", "schema_version: 2")
     monkeypatch.chdir(folder)
-    found = check_file(Path("experiments/small.yaml"), CheckOptions(results=study.results, screen="skip"))
+    found = check_file(Path("experiments/small.yaml"), CheckOptions(results=study.results, screen=False))
     assert {error.file for error in found.errors} == {"rig.yaml", "recipe.yaml"}
 
 
@@ -285,7 +285,7 @@ def test_a_missing_file_is_named_with_where_it_was_looked_for(study: Study, monk
 def test_another_mode_than_the_rigs_can_be_checked(study: Study) -> None:
     assert _check(study, mode="quad-buffered").facts["mode"] == "quad-buffered"
     assert "not characterised in the mode 'flat'" in str(_check(study, mode="flat").errors[0])
-    rig = check_file(study.folder / "rig.yaml", CheckOptions(screen="skip", mode="quad-buffered"))
+    rig = check_file(study.folder / "rig.yaml", CheckOptions(screen=False, mode="quad-buffered"))
     assert rig.facts["mode"] == "quad-buffered"
     checked = _check(study, mode="top-bottom", allow_uncharacterised=True)
     assert not checked.errors

@@ -351,7 +351,7 @@ def _person(study: Study, monkeypatch: pytest.MonkeyPatch, answer: str | None, *
     """Run `run --observer 88` as for a person who would not sit: what is asked is read, and no window opens."""
     from click.testing import CliRunner
 
-    from runner.cli.run import run_command as command
+    from runner.cli.main import group
     from runner.session.station import Station
 
     def never(*_: Any, **__: Any) -> None:
@@ -359,9 +359,9 @@ def _person(study: Study, monkeypatch: pytest.MonkeyPatch, answer: str | None, *
 
     with monkeypatch.context() as patch:
         patch.setattr(Station, "open", never)
-        patch.setattr("runner.cli.run.at_a_terminal", lambda: answer is not None)
-        words = [str(study.experiment), "--observer", "88", "--results", str(study.results), *more]
-        return CliRunner().invoke(command, words, input=answer)
+        patch.setattr("runner.session.console.at_a_terminal", lambda: answer is not None)
+        words = ["run", str(study.experiment), "--observer", "88", "--results", str(study.results), *more]
+        return CliRunner().invoke(group, words, input=answer)
 
 
 def _sat(study: Study, observer: str, **more: Any) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from analysis.records import read_session, session_files
 from devices.display import EyeModels, read_display
-from runner.cli.run import run_command as command
+from runner.cli.main import group
 from runner.errors import SessionError
 from runner.observers.simulated import mean_delta_e_00
 from stimuli.pictures import StereoImage, write_exr
@@ -63,7 +63,7 @@ def test_pictures_of_another_size_are_refused() -> None:
 
 def _run(study: Study, observer: str) -> None:
     words = [str(study.experiment), "--observer", observer, "--simulate", str(study.observers)]
-    told = CliRunner().invoke(command, [*words, "--results", str(study.results), "--json"])
+    told = CliRunner().invoke(group, ["run", *words, "--results", str(study.results), "--json"])
     assert told.exit_code == 0, told.output
     assert json.loads(told.output)["ending"] == "completed"
 

@@ -281,7 +281,7 @@ def test_of_a_large_picture_what_is_seen_is_read_and_looks_as_the_whole_does(
 def in_process(
     file: Path, out: Path, more: Mapping[str, object], display: Path = ASUS
 ) -> tuple[ShownPicture, NDArray[np.uint8]]:
-    options = ShowOptions(screenshot=out, backend="egl", **more)  # type: ignore[arg-type]
+    options = ShowOptions(screenshot=out, headless=True, **more)  # type: ignore[arg-type]
     done = show_picture(file, display, "side-by-side", options)
     return done, np.concatenate([codes(Path(written)) for written in done.screenshots])
 

@@ -23,7 +23,7 @@ def test_a_page_and_an_experiment_are_written_where_they_are_asked_for(tmp_path:
     page = tmp_path / "out" / "page.html"
     options = ComparisonOptions(rig=RIG, page=page, experiment="plate")
     report = report_comparison(photo, photo, PLATE, options, root=tmp_path / "study")
-    assert report.validated
+    assert report.exit_status == 0
     assert report.page == page
     assert policy_of(page.read_text(encoding="utf-8"))
     assert report.experiment[0] == tmp_path / "study" / "experiments" / "plate.yaml"
@@ -32,6 +32,14 @@ def test_a_page_and_an_experiment_are_written_where_they_are_asked_for(tmp_path:
     assert record["decision"] == "validated"
     assert record["written"] == {"experiment": [str(file) for file in report.experiment], "page": str(page)}
     assert [*report.told()][-1] == f"Page: {page}"
+
+
+@pytest.mark.parametrize("measures", [(), ("delta-e-2000",)])
+def test_a_page_has_a_section_on_measures_where_they_are_asked_for(tmp_path: Path, measures: tuple[str, ...]) -> None:
+    photo, page = written(tmp_path / "photo.exr", few()), tmp_path / "page.html"
+    options = replace(NOTHING, rig=RIG, page=page, compare=replace(NOTHING.compare, measures=measures))
+    assert (report_comparison(photo, photo, PLATE, options).comparison.measures is None) == (not measures)
+    assert ('id="measures"' in page.read_text(encoding="utf-8")) == bool(measures)
 
 
 @pytest.mark.parametrize(

@@ -233,7 +233,7 @@ def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: 
 
 
 def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
-    options = CheckOptions(results=study.results, screen="skip")
+    options = CheckOptions(results=study.results, screen=False)
     facts = check_file(study.experiment, options).facts
     assert (facts["clipping_costs_computed"], facts["clipping_costs_cached"]) == (4, 0)
     again = check_file(study.experiment, options).facts

@@ -186,7 +186,7 @@ WRONG = (
 @pytest.mark.parametrize("entry", WRONG)
 def test_wrong_entries_are_located(study: Study, entry: str) -> None:
     study.edit("rig.yaml", "distance_mm: 700", f"distance_mm: 700\ntiming_marks: {entry}")
-    (error,) = check_file(study.folder / "rig.yaml", CheckOptions(screen="skip")).errors
+    (error,) = check_file(study.folder / "rig.yaml", CheckOptions(screen=False)).errors
     assert (error.file, error.line) == (str(study.folder / "rig.yaml"), 5)
 
 

@@ -26,7 +26,7 @@ NAMES = ("old_church_dim", "old_church_bright", "beach_dim", "beach_bright")
 
 
 def _errors(study: NewStudy, *, pictures: bool = True) -> list[str]:
-    report = check_file(study.experiment, CheckOptions(screen="skip", pictures=pictures))
+    report = check_file(study.experiment, CheckOptions(screen=False, pictures=pictures))
     return [str(error) for error in report.errors]
 
 
@@ -65,7 +65,7 @@ def test_pictures_of_several_sizes_are_brought_to_one_or_warned_of(tmp_path: Pat
     folder = draw_flat(tmp_path / "photos", ("small",), (60, 40))
     draw_flat(folder, ("large",), (240, 160))
     study = new_study(tmp_path / "my_study", [folder], StudyOptions(panel=PANEL, fit=fit))
-    report = check_file(study.experiment, CheckOptions(screen="skip", pictures=True))
+    report = check_file(study.experiment, CheckOptions(screen=False, pictures=True))
     assert not report.errors
     assert report.facts["size_ratio"] == (1.0 if fit is None else 4.0)
     assert any("differ in size" in str(warning) for warning in report.warnings) == (fit is False)
@@ -123,7 +123,7 @@ def test_pictures_are_copied_byte_for_byte_under_plain_names(tmp_path: Path) -> 
     assert "Blümchen 1.2_L.jpg" in (study.folder / "stimuli.yaml").read_text(encoding="utf-8")
     assert read_experiment(study.experiment).spec.name == "mine_yours"
     moved = study.folder.rename(tmp_path / "moved")
-    assert not check_file(moved / "experiment.yaml", CheckOptions(screen="skip")).errors
+    assert not check_file(moved / "experiment.yaml", CheckOptions(screen=False)).errors
 
 
 def test_the_panel_is_asked_of_the_monitor(tmp_path: Path) -> None:
@@ -218,8 +218,8 @@ def test_words_that_yaml_would_read_as_something_else(tmp_path: Path) -> None:
     [
         (StudyOptions(mode="flat"), "shows both eyes the same"),
         (StudyOptions(mode="anaglyph"), "no stereo mode 'anaglyph'"),
-        (StudyOptions(white_cd_m2=-3), "white of -3"),
-        (StudyOptions(distance_mm=-600), "distance_mm"),
+        (StudyOptions(white_cd_m2=0), "white of 0"),
+        (StudyOptions(distance_mm=0), "distance_mm"),
         (StudyOptions(question="why " * 100), "question"),
         (StudyOptions("rating", question="why is it so " * 22, mode="side-by-side"), "drawn over a picture"),
         (StudyOptions(display=Path("none.yaml")), "none.yaml"),
@@ -266,7 +266,7 @@ def test_profiles_are_kept(tmp_path: Path) -> None:
 def test_shipped_experiments_are_copied_whole(tmp_path: Path) -> None:
     for name in shipped_studies():
         copied = copy_shipped(name, tmp_path / name)
-        report = check_file(copied.experiment, CheckOptions(screen="skip", pictures=False))
+        report = check_file(copied.experiment, CheckOptions(screen=False, pictures=False))
         assert not report.errors
         assert all(file.is_relative_to(tmp_path / name) for file in copied.files)
     with pytest.raises(InputError, match="dynamic_range"):

@@ -4,21 +4,22 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
 from documents import InputError
-from runner.cli.camera import camera_command as group
+from runner.cli.main import group
 from stimuli.develop import read_camera_image
 from tests.stimuli.bracket.sensor import TIMES, bracket, scene
 
 
-def photographs(folder: Path) -> list[str]:
-    return [str(path) for path in bracket(folder, scene(48, 64, stops=5) / 4, TIMES[1:4])]
+def run(folder: Path, *words: str, output: str = "merged.exr") -> Result:
+    photographs = bracket(folder, scene(48, 64, stops=5) / 4, TIMES[1:4])
+    words = ("camera", "bracket", *map(str, photographs), "-o", str(folder / output), *words)
+    return CliRunner().invoke(group, words)
 
 
 def test_a_bracket_is_merged(tmp_path: Path) -> None:
-    words = ["bracket", *photographs(tmp_path), "-o", str(tmp_path / "merged.exr"), "--demosaic", "superpixel"]
-    result = CliRunner().invoke(group, words, catch_exceptions=False)
+    result = run(tmp_path, "--demosaic", "superpixel")
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
     assert lines[0].strip() == "Exposures beside the shortest"
@@ -29,9 +30,7 @@ def test_a_bracket_is_merged(tmp_path: Path) -> None:
 
 
 def test_json_holds_every_step(tmp_path: Path) -> None:
-    noise = ["--noise", "30000,6"]
-    words = ["bracket", *photographs(tmp_path), "-o", str(tmp_path / "merged.exr"), "--json", *noise]
-    facts = json.loads(CliRunner().invoke(group, words, catch_exceptions=False).stdout)
+    facts = json.loads(run(tmp_path, "--json", "--noise", "30000,6").stdout)
     assert facts["holds"] == "camera RGB"
     (step,) = [step for step in facts["steps"] if step["step"] == "merge"]
     assert step["noise"]["red"]["full_scale_electrons"] == pytest.approx(30000)
@@ -47,15 +46,14 @@ def test_json_holds_every_step(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_options_are_refused(tmp_path: Path, words: list[str], message: str) -> None:
-    output = tmp_path / "merged.exr"
-    result = CliRunner().invoke(group, ["bracket", *photographs(tmp_path), "-o", str(output), *words])
+    result = run(tmp_path, *words)
     said = str(result.exception) if isinstance(result.exception, InputError) else result.output
     assert result.exit_code != 0
     assert message in said
-    assert not output.exists()
+    assert not (tmp_path / "merged.exr").exists()
 
 
 def test_the_output_is_an_exr_file(tmp_path: Path) -> None:
-    result = CliRunner().invoke(group, ["bracket", *photographs(tmp_path), "-o", str(tmp_path / "merged.png")])
+    result = run(tmp_path, output="merged.png")
     assert isinstance(result.exception, InputError)
     assert "no .exr file" in str(result.exception)

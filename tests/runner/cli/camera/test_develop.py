@@ -11,11 +11,11 @@ from click.testing import CliRunner
 
 from devices.camera import CameraModel, Exposure, write_camera
 from documents import InputError
-from runner.cli.camera import camera_command as group
-from runner.cli.camera import develop_command
+from runner.cli.main import group
 from stimuli.develop import read_camera_image
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, DEMOSAICS
 from stimuli.pictures import read_exr
+from tests.runner.cli.every_command import commands
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
@@ -36,14 +36,14 @@ def photo(path: Path, time: tuple[int, int] = (1, 15)) -> Path:
 
 def develop(*arguments: object) -> Any:
     """Run the command, which must do its work, and return what it prints as JSON."""
-    words = ["develop", *map(str, arguments), "--json"]
+    words = ["camera", "develop", *map(str, arguments), "--json"]
     result = CliRunner().invoke(group, words, catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
 
 def findings(*arguments: object) -> list[Any]:
-    result = CliRunner().invoke(group, ["develop", *map(str, arguments)])
+    result = CliRunner().invoke(group, ["camera", "develop", *map(str, arguments)])
     assert isinstance(result.exception, InputError), result.output
     return list(result.exception.findings)
 
@@ -83,16 +83,12 @@ def test_many_go_into_a_folder_and_a_bad_one_stops_no_other(tmp_path: Path, came
     (finding,) = findings(*good, cut, "--camera", camera, "-o", tmp_path / "out")
     assert finding.file == str(cut)
     assert "cut short" in finding.message
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "a.exr",
-        "a.steps.json",
-        "b.exr",
-        "b.steps.json",
-    ]
+    there = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert there == ["a.exr", "a.steps.json", "b.exr", "b.steps.json"]
 
 
 def test_the_table_tells_what_matters(tmp_path: Path, camera: Path) -> None:
-    words = ["develop", str(photo(tmp_path / "a.dng", (1, 30))), "--camera", str(camera)]
+    words = ["camera", "develop", str(photo(tmp_path / "a.dng", (1, 30))), "--camera", str(camera)]
     result = CliRunner().invoke(group, [*words, "-o", str(tmp_path / "a.exr")])
     assert result.exit_code == 0
     _, heads, cells, note = result.output.splitlines()[-4:]
@@ -103,7 +99,7 @@ def test_the_table_tells_what_matters(tmp_path: Path, camera: Path) -> None:
 
 def test_a_long_name_is_folded_and_numbers_stay_whole(tmp_path: Path, camera: Path) -> None:
     name = "manitoba_gray_left_2_of_6_one_thirtieth.dng"
-    words = ["develop", str(photo(tmp_path / name)), "--camera", str(camera), "-o", str(tmp_path / "a.exr")]
+    words = ["camera", "develop", str(photo(tmp_path / name)), "--camera", str(camera), "-o", str(tmp_path / "a.exr")]
     on_terminal = {"COLUMNS": "80", "FORCE_COLOR": "1", "TERM": "dumb"}
     result = CliRunner().invoke(group, words, env=on_terminal)
     assert result.exit_code == 0
@@ -139,14 +135,14 @@ def test_nothing_is_written_over_a_photograph(tmp_path: Path) -> None:
     assert first[0]["holds"] == "camera RGB"
     (tmp_path / "other").mkdir()
     twin = photo(tmp_path / "other" / "A.dng")
-    (finding,) = findings(tmp_path / "a.dng", twin, "-o", tmp_path / "out")
-    assert "same file" in finding.message
-    (finding,) = findings(tmp_path / "a.dng", tmp_path / "a.dng", "-o", tmp_path / "out")
-    assert "twice" in finding.message
-    (finding,) = findings(tmp_path / "a.dng", twin, "-o", tmp_path / "b.exr")
-    assert "name a folder" in str(finding)
-    (finding,) = findings(tmp_path / "a.dng", "-o", tmp_path / "b.png")
-    assert "no .exr" in finding.message
+    for more, output, told in (
+        ([twin], "out", "same file"),
+        ([tmp_path / "a.dng"], "out", "twice"),
+        ([twin], "b.exr", "name a folder"),
+        ([], "b.png", "no .exr"),
+    ):
+        (finding,) = findings(tmp_path / "a.dng", *more, "-o", tmp_path / output)
+        assert told in str(finding)
 
 
 def test_faults_of_camera_and_exposure_are_told(tmp_path: Path, camera: Path) -> None:
@@ -188,7 +184,7 @@ def test_unless_told_otherwise_sparkles_keep_their_light(tmp_path: Path, camera:
 
 
 def test_the_command_s_default_is_the_library_s() -> None:
-    (option,) = (one for one in develop_command.params if one.name == "demosaic")
+    (option,) = (one for one in dict(commands(group))["camera develop"].params if one.name == "demosaic")
     assert option.default == DEFAULT_DEMOSAIC
     assert isinstance(option.type, click.Choice)
     assert tuple(option.type.choices) == DEMOSAICS

@@ -15,7 +15,7 @@ from devices.camera import read_camera
 from devices.colour import XYZ_from_xyY
 from devices.readings import colorchecker_xyY
 from documents import InputError
-from runner.cli.camera import camera_command as group
+from runner.cli.main import group
 from stimuli.pictures import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng
 
@@ -49,7 +49,7 @@ def _photo(path: Path, codes: NDArray[np.uint16], time: tuple[int, int] = (1, 15
 
 
 def _run(*words: object) -> Result:
-    return CliRunner().invoke(group, [str(word) for word in words])
+    return CliRunner().invoke(group, ["camera", *map(str, words)])
 
 
 def _told(*words: object) -> Any:

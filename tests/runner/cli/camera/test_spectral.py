@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 from devices.camera import Exposure
 from devices.readings import xyz_from_spectra
 from documents import InputError
-from runner.cli.camera import spectral_command as command
+from runner.cli.main import group
 from stimuli.develop import read_camera_image
 from stimuli.pictures import read_exr
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
@@ -20,7 +20,7 @@ LIGHT = bumps(WAVES)
 
 
 def run(*arguments: object) -> Result:
-    return CliRunner().invoke(command, [str(argument) for argument in arguments])
+    return CliRunner().invoke(group, ["camera", "spectral", *map(str, arguments)])
 
 
 def told(*arguments: object) -> Any:

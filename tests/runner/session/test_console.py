@@ -14,7 +14,7 @@ from typing import Any, TextIO
 
 import pytest
 
-from runner.cli.run import HELP, Console
+from runner.session.console import HELP, Console
 
 Study = Any  # tests/conftest.py
 Person = Any
@@ -210,8 +210,8 @@ def test_on_windows_the_line_works_and_does_not_hold_up_the_end(
 ) -> None:
     """Nothing ends the wait for a line there; one that comes after the session is dropped."""
     monkeypatch.setattr("documents.platform.sys", SimpleNamespace(platform="win32"))
-    monkeypatch.setattr("runner.cli.run.obeys_sequences", lambda descriptor: False)
-    monkeypatch.setattr("runner.cli.run._LAST_WAIT_S", 0.05)
+    monkeypatch.setattr("runner.session.console.obeys_sequences", lambda descriptor: False)
+    monkeypatch.setattr("runner.session.console._LAST_WAIT_S", 0.05)
     session = Notebook()
     with Console(session, lambda: "trial 3 of 45", terminal.source, terminal.screen):
         terminal.until(HELP)
