@@ -33,7 +33,7 @@ def rating(highest: int, kind: str = "rating") -> str:
 
 
 def findings(study: Study) -> list[str]:
-    checked = check_file(study.experiment, CheckOptions(study.results, "skip", pictures=False))
+    checked = check_file(study.experiment, CheckOptions(False, study.results, pictures=False))
     return [str(error).removeprefix(f"{study.folder}/") for error in checked.errors]
 
 

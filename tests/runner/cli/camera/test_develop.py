@@ -135,13 +135,13 @@ def test_nothing_is_written_over_a_photograph(tmp_path: Path) -> None:
     assert first[0]["holds"] == "camera RGB"
     (tmp_path / "other").mkdir()
     twin = photo(tmp_path / "other" / "A.dng")
-    for more, output, told in (
+    for more, to, told in (
         ([twin], "out", "same file"),
         ([tmp_path / "a.dng"], "out", "twice"),
         ([twin], "b.exr", "name a folder"),
         ([], "b.png", "no .exr"),
     ):
-        (finding,) = findings(tmp_path / "a.dng", *more, "-o", tmp_path / output)
+        (finding,) = findings(tmp_path / "a.dng", *more, "-o", tmp_path / to)
         assert told in str(finding)
 
 
