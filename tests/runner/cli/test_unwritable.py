@@ -103,7 +103,7 @@ ONLY_READ = {
 READ = {
     *("--again", "--ages", "--author", "--black", "--camera", "--choice-codes", "--codes", "--corners", "--dark"),
     *("--display", "--experiment", "--exposure", "--limit", "--observers", "--screened", "--flat", "--from"),
-    *("--illuminant", "--instrument-option"),
+    *("--illuminant", "--instrument", "--instrument-option"),
     *("--jod-zero", "--key", "--layout", "--license", "--margin", "--measures", "--mirror", "--mode", "--mode-option"),
     *("--monitor", "--name", "--noise", "--notes", "--observer", "--observers-from", "--packing", "--pair", "--panel"),
     *("--passed", "--photo-corners", "--photograph", "--pixels", "--port", "--question", "--reference", "--regions"),
