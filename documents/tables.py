@@ -409,9 +409,15 @@ def csv_lines(rows: Iterable[Iterable[object]], line_end: str = "\n") -> str:
     >>> csv_lines([("name", "X"), ("a,b", 0.5)])
     'name,X\\n"a,b",0.5\\n'
     """
-    text = io.StringIO()
-    csv.writer(text, lineterminator=line_end).writerows(rows)
-    return text.getvalue()
+    made: list[str] = []
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\r\n")  # whatever ends lines: only what is in it is quoted in a cell
+    for row in rows:
+        writer.writerow(row)
+        made.append(text.getvalue()[:-2] + line_end)
+        text.seek(0)
+        text.truncate()
+    return "".join(made)
 
 
 def not_text(encoding: str, file: str, what: str = "table") -> Finding:

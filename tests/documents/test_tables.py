@@ -16,7 +16,7 @@ from devices.readings import read_measurements
 from devices.readings.colour_table import read_colours
 from devices.readings.sets import read_patches
 from documents import Finding, InputError
-from documents.tables import Column, Form, number_in
+from documents.tables import Column, Form, csv_lines, number_in
 from stimuli.spectral.curves import read_reflectances
 
 Reader = Callable[[Path], Any]
@@ -192,3 +192,8 @@ def test_what_is_told_of_a_file_has_an_end() -> None:
     told = str(Finding("x" * 10**7, "a.csv", remedy="y" * 10**7))
     assert len(told) < 1300
     assert "x…" in told
+
+
+@pytest.mark.parametrize("line_end", ["", "\n", "\r\n"])
+def test_a_cell_of_two_lines_is_quoted_whatever_ends_lines(line_end: str) -> None:
+    assert csv_lines([["g\nh", "c\rd"]], line_end) == f'"g\nh","c\rd"{line_end}'
