@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from extensions.thresholds import Easier
+from extensions.thresholds.fit import Easier
 from extensions.thresholds.ladders import LEAST_LEVELS, Ladder, ladder_faults, ladders
 from extensions.thresholds.tracks import Asked, MethodSpec, QuestPlusSpec, Track, interleaved
 from runner.blocks import SECONDS_PER_TRIAL, Block, BlockContext, Draft, Fault, Steps, Stimuli, StimulusNames, TimedKind

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from documents.text import counted
-from extensions.thresholds import Easier
+from extensions.thresholds.fit import Easier
 from runner.blocks import Fault, Stimuli, StimulusNames, chosen, factor_faults, level_words, name_faults
 
 LEAST_LEVELS = 3  # fewer have no slope

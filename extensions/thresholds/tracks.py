@@ -15,7 +15,9 @@ import numpy as np
 from pydantic import Field
 
 from documents.yaml import FileModel
-from extensions.thresholds import FUNCTIONS, Choices, Easier, QuestPlus, Staircase, axis_of
+from extensions.thresholds.adaptive import Choices, QuestPlus, Staircase
+from extensions.thresholds.fit import Easier, axis_of
+from extensions.thresholds.functions import FUNCTIONS
 from extensions.thresholds.ladders import Ladder
 from runner.blocks import Fault
 

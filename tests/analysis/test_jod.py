@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binom, norm
 
-from analysis.bootstrap.replicates import draw_observers
+from analysis.bootstrap import draw_observers
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.jod import scale_jod

@@ -25,8 +25,7 @@ from runner.observers import key_for, plain_key, walk
 from runner.ports import Ask, Choose, Compare, Holding, KeyPress
 from runner.protocol import Experiment, read_experiment
 from runner.session import Ended, Event, Recorded, Recorder, Replayed, Resumed, SessionStatus
-from runner.views import FULL_HD_HALF, Style
-from runner.views.layout import LayoutSpec
+from runner.views import FULL_HD_HALF, LayoutSpec, Style
 
 ROOT = Path(__file__).parents[2]
 _BOTH = "{name: gloss, question: How glossy, of: both, lowest: 1, highest: 9}"

@@ -24,9 +24,9 @@ import cyclopean
 from analysis.records import SessionLog, new_header, read_results
 from analysis.report import Report, describe, write_report
 from analysis.scaling import compared_groups
-from analysis.series import summarise_series
+from analysis.series import means, summarise_series
 from analysis.series.just_noticeable import Matches, fit, interval
-from analysis.series.observer_means import bounded_means, means
+from analysis.series.observer_means import bounded_means
 from runner.blocks import Stimuli
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.incomplete_pairs import PLACES, designs, fewest_pairs

@@ -27,8 +27,8 @@ from runner.protocol import read_experiment
 from runner.scene import Text
 from runner.session import Recorder
 from runner.session.folders import observer_folder, to_resume
+from runner.views import page
 from runner.views.interface import LANGUAGES
-from runner.views.pages import page
 from tests.answers import altered, new_answer
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.choices import Adjust
-from analysis.classes import Conclusion, classify
+from analysis.classes import Conclusion, classify, holm
 from analysis.classes.classes import TooManyClasses, letter_display, numbered
 from analysis.classes.conclusions import concluded
-from analysis.classes.multiplicity import adjusted_p, benjamini_hochberg, clustered_single_step, holm, single_step
+from analysis.classes.multiplicity import adjusted_p, benjamini_hochberg, clustered_single_step, single_step
 from analysis.covariance import Clustered, Spread, shrink
 from analysis.errors import ResultsError
 from analysis.scaling import fit, probabilities

@@ -16,7 +16,7 @@ import pytest
 from analysis.bootstrap import intervals
 from analysis.bootstrap.replicates import resample_counts
 from analysis.choices import Adjust
-from analysis.classes.multiplicity import corrected, two_sided_p
+from analysis.classes import corrected, two_sided_p
 from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError
 from analysis.power import Plan, differing_pairs, simulate_power

@@ -22,7 +22,7 @@ from analysis.report.bars import BarFigure
 from analysis.report.figures import draw_classes, draw_scores, runs
 from analysis.report.scores import WHITE_FROM, tint
 from analysis.report.summary import Summary, summarise
-from analysis.series.observer_means import Estimate
+from analysis.series import Estimate
 from documents.figures import HATCHES, MARKERS, SERIES_COLOURS, class_colours
 from documents.figures.palette import CLASS_COLOURS, FURTHER_COLOURS
 from documents.pages import Column, Table, csv_text, write_csv_files

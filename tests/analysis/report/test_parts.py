@@ -17,10 +17,9 @@ from PIL import Image
 from analysis.errors import ResultsError
 from analysis.observers import Filter
 from analysis.records import Note, SessionLog
-from analysis.report import Report, describe, write_report
+from analysis.report import Report, describe, listed, write_report
 from analysis.report.page import render, sections_of
 from analysis.report.ratings import sign_test
-from analysis.report.words import listed
 from documents import InputError
 from documents.pages import write_figure_files
 from tests.answers import altered, changed, new_answer

@@ -19,12 +19,12 @@ from rich.console import Console
 
 from analysis.observers import Filter
 from analysis.records import Change, Resumption, Seen, SessionLog, what_eyes_saw
-from analysis.report import Report, describe, report_blocks
+from analysis.report import Report, describe, fixed, listed, report_blocks, wilson_interval
 from analysis.report.page import render, sections_of
 from analysis.report.references import REFERENCES
 from analysis.report.scores import fit_words
-from analysis.report.summary import summarise, wilson_interval
-from analysis.report.words import chance, counted, fixed, listed
+from analysis.report.summary import summarise
+from analysis.report.words import chance, counted
 from documents.pages import Facts, Numbered, Paragraph, Section, print_blocks
 from tests.analysis.conftest import clip_cost
 from tests.answers import altered, changed, new_answer

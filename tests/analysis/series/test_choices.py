@@ -17,11 +17,11 @@ from scipy.stats import t as student
 from analysis.bootstrap import tails
 from analysis.errors import ResultsError
 from analysis.records import SessionLog
-from analysis.report.summary import wilson_interval
-from analysis.series import gather
+from analysis.report import wilson_interval
+from analysis.series import gather, means
 from analysis.series.choice_tests import choice_counts, kinds_tests, level_tests, neighbours_tests
 from analysis.series.choices import Factors, design
-from analysis.series.observer_means import bounded_means, means, shares
+from analysis.series.observer_means import bounded_means, shares
 from analysis.series.paired_tests import (
     MOST_EXACT,
     cochran,

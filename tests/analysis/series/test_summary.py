@@ -23,14 +23,13 @@ from analysis.errors import ResultsError
 from analysis.records import SessionLog
 from analysis.report import rating_figure, score_figure
 from analysis.report.series import series_sections
-from analysis.series import SeriesSummary, gather, summarise_series
+from analysis.series import SeriesSummary, gather, ranks, summarise_series
 from analysis.series.agreement import (
     fleiss_kappa,
     intraclass,
     kendall_w,
     kendall_w_p,
     krippendorff_alpha,
-    ranks,
     with_jackknife,
 )
 from analysis.series.just_noticeable import PROBABLE_ERROR, Matches, fit, log_normal_between, observer_test, step_size

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from devices.readings import Instrument, InstrumentError, Showing, cs2000, photo_research
+from devices.readings import Instrument, InstrumentError, Showing, TimedOutError, cs2000, photo_research
 from devices.readings.cs2000 import CS2000
-from devices.readings.instrument import TimedOutError
 from devices.readings.photo_research import PhotoResearch
 
 SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)

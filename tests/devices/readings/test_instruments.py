@@ -25,11 +25,11 @@ from devices.readings import (
     Reading,
     Showing,
     Simulated,
+    TimedOutError,
     Wiring,
     open_instrument,
 )
 from devices.readings.cs2000 import CS2000
-from devices.readings.instrument import TimedOutError
 from devices.readings.open import Manual
 from devices.readings.photo_research import PhotoResearch
 from devices.readings.simulated import simulated_XYZ

@@ -15,8 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.errors import ResultsError
-from analysis.records import Resumption, read_results
-from analysis.records.results import refuse_mixtures
+from analysis.records import Resumption, read_results, refuse_mixtures
 from analysis.report.notes import on_sessions
 from extensions.bids import export_dataset, unescape
 from extensions.bids.columns import FIXED, Column, ColumnCollector, flatten

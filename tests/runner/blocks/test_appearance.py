@@ -22,8 +22,7 @@ from runner.protocol import Experiment, read_experiment
 from runner.scene import Box, Text
 from runner.session import Resumed, Session
 from runner.session.header import make_header
-from runner.views import Style
-from runner.views.interface import Interface
+from runner.views import Interface, Style
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import Stage as Play
 

@@ -18,8 +18,7 @@ from runner.observers import plain_key, walk
 from runner.ports import Ask, Browse, Rate, Target
 from runner.protocol import read_experiment
 from runner.scene import Box, Text
-from runner.views import Style
-from runner.views.layout import SingleLayout
+from runner.views import SingleLayout, Style
 from tests.runner.every_kind import met, setting
 
 Study = Any  # tests/conftest.py

@@ -19,9 +19,8 @@ from runner.observers import walk
 from runner.ports import Ask
 from runner.presenter import coverage
 from runner.scene import Text
-from runner.views import Style
-from runner.views.interface import ENGLISH, LANGUAGES, Interface, Language, words_of
-from runner.views.pages import page
+from runner.views import Interface, Style, page
+from runner.views.interface import ENGLISH, LANGUAGES, Language, words_of
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import ROOT, VARIANTS
 

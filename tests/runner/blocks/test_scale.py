@@ -11,8 +11,7 @@ from runner.blocks.scale import Rated, Scale, rate, scale_faults, scale_items, s
 from runner.observers import plain_key
 from runner.ports import Ask, Rate, Response
 from runner.scene import Box, Text
-from runner.views import FULL_HD_HALF, Style
-from runner.views.layout import SingleLayout
+from runner.views import FULL_HD_HALF, SingleLayout, Style
 
 TEN = Scale(name="similarity", question="How similar?", low_anchor="not at all", high_anchor="the same")
 SLIDER = Scale(

@@ -18,12 +18,12 @@ from devices.readings import (
     RangeError,
     Reading,
     Showing,
+    TimedOutError,
     find_patches,
     read_session,
     step_facts,
     steps,
 )
-from devices.readings.instrument import TimedOutError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.take_readings import Outcome, take_readings
 from runner.ports import KeyPress, WindowClosed

@@ -13,7 +13,8 @@ from analysis.records import Header
 from devices.colour import srgb
 from devices.display import DisplayModel
 from runner.protocol import Experiment, read_experiment
-from runner.reports.thumbnails import find_shown, png, small, thumbnails
+from runner.reports import find_shown
+from runner.reports.thumbnails import png, small, thumbnails
 from runner.session import hashes
 from runner.session.header import make_header
 from stimuli.build import StimulusSet, build_set

@@ -167,7 +167,7 @@ def test_where_the_panel_is_the_monitors_a_report_elsewhere_shows_the_pictures(
     """The panel is then that of the record: the report may be written on a machine without the monitor."""
     from devices.display import ReportedMonitor
     from runner.protocol import experiment
-    from runner.reports.thumbnails import find_shown
+    from runner.reports import find_shown
     from runner.session import simulate
 
     nominal.edit("rig.yaml", ", panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}", "")

@@ -9,8 +9,8 @@ import pytest
 from devices.display import PanelSpec
 from runner.presenter import MODES, find_mode
 from runner.studies.plan import GAP_MM, plan_sizes
-from runner.views import Style
-from runner.views.layout import LayoutError, LayoutSpec, pair_layout, single_layout
+from runner.views import LayoutSpec, Style
+from runner.views.layout import LayoutError, pair_layout, single_layout
 from stimuli.pictures.resampling import display_pixels
 
 PANEL = PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.2768)

@@ -14,8 +14,8 @@ import pytest
 from devices.camera import CameraModel, Exposure, write_camera
 from documents import InputError
 from documents.arrays import Floats32
+from runner.reports import check_page
 from runner.reports.comparison.experiment import checked_name
-from runner.reports.comparison.report import check_page
 from stimuli.comparison import place_regions, read_regions
 from stimuli.comparison.areas import area_means
 from stimuli.comparison.regions import corner_pairs

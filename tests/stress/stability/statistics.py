@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from analysis.bootstrap.tails import acceleration, bias_corrected
-from analysis.classes.multiplicity import two_sided_p
+from analysis.classes import two_sided_p
 from analysis.comparisons import Answer, from_answers
 from analysis.scaling import Model, Probit, fit, fit_model
 from analysis.scaling.fitting import fit_sparse
