@@ -60,7 +60,7 @@ class ExtensionError(InputError):
     def __init__(self, offer: Offer, what: str, remedy: str | None = None) -> None:
         self.offer, self.reason = offer, what
         message = f"the extension {offer} cannot give '{offer.name}' ({offer.group}): {what}"
-        mend = "install cyclopean anew" if offer.package == OWN else f"leave it out: pip uninstall {offer.package}"
+        mend = "install cyclopean again" if offer.package == OWN else f"leave it out: pip uninstall {offer.package}"
         remedy = remedy or f"mend it, or {mend}"
         super().__init__(Finding(message, remedy=remedy, code="extension"))
 
@@ -212,10 +212,8 @@ class Registry(Mapping[str, Kind]):
 
     def problems(self) -> Iterator[ExtensionError]:
         """Yield what is wrong with each name that is offered in the environment, also where it is one of ours."""
-        own = self.own()
-        for offer in {
-            (offer.package == OWN, offer.name): offer for offer in self._environment.all(self.group)
-        }.values():
+        own, offers = self.own(), self._environment.all(self.group)
+        for offer in {(offer.package == OWN, offer.name): offer for offer in offers}.values():
             try:
                 if offer.name in own and offer.package != OWN:
                     raise ExtensionError(offer, "cyclopean has a kind of that name itself, which is used")

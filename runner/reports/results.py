@@ -67,7 +67,7 @@ class WrittenReport(JsonResult):
     json_optional: ClassVar = ("empty_boxes",)
 
     def told(self) -> Iterator[Block | str]:
-        """Yield the results, where the report and what is beside it were written, and what they lack."""
+        """Yield the results, where the report, its tables and its figures were written, and what they lack."""
         yield from report_blocks(self.report)
         if self.without_pictures:
             yield self.without_pictures

@@ -7,24 +7,42 @@ import io
 import json
 import re
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.errors import ResultsError
+from analysis.kinds import KINDS, ColumnWords, Trial
 from analysis.records import Resumption, read_results, refuse_mixtures
 from analysis.report.notes import on_sessions
 from extensions.bids import export_dataset, unescape
-from extensions.bids.columns import FIXED, Column, ColumnCollector, flatten
+from extensions.bids.columns import FIXED, Column, ColumnCollector, flatten, roles
 from extensions.bids.dataset import check_replaceable, replacing
 from extensions.bids.export import time_cell
 from extensions.bids.sidecars import describe, trial_type
 from extensions.bids.sources import Sources, find_sources, log_files
 from extensions.bids.text import cell, escape, inert_json
 from tests.answers import changed, new_answer
+
+
+class LateRecord(Trial):
+    """Of a kind that is loaded after the first export."""
+
+    columns: ClassVar[Mapping[str, ColumnWords]] = {"shade": ColumnWords("How dark it was called.")}
+    no_stimulus: ClassVar[tuple[str, ...]] = ("shade",)
+    shade: str
+
+
+def test_a_kind_that_is_loaded_late_says_its_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert roles({"shade": "a"}, ["a"]) == {"a": "shade"}
+    monkeypatch.setitem(KINDS._loaded, "late", LateRecord)
+    column = gathered({"shade": "a"}, kind="late")["shade"]
+    assert describe(column)["Description"] == LateRecord.columns["shade"].description
+    assert roles({"shade": "a"}, ["a"]) == {}
 
 
 # Columns: unique names, honest formats.
