@@ -25,4 +25,3 @@ from .html import page_html as page_html
 from .html import sections_html as sections_html
 from .html import write_page as write_page
 from .terminal import print_blocks as print_blocks
-from .terminal import print_sections as print_sections

@@ -17,7 +17,6 @@ from documents.pages.blocks import (
     Mark,
     Numbered,
     Paragraph,
-    Section,
     Shown,
     Table,
     Verbatim,
@@ -32,21 +31,6 @@ _WORDS = ("text", "class", "list")
 # Words are folded to so many columns of the terminal before a table is parted.
 _FOLDED = 9
 _TONES = {"good": "green", "bad": "red", "open": "yellow", "": ""}
-
-
-def print_sections(sections: Iterable[Section], console: Console | None = None) -> None:
-    """Print sections, each under its title.
-
-    Parameters
-    ----------
-    sections
-        What to print.
-    console
-        Where to print; standard output if None.
-    """
-    console = console or clean_console()
-    for section in sections:
-        print_blocks((Heading(" ".join(filter(None, (section.title, section.subject)))), *section.blocks), console)
 
 
 def print_blocks(blocks: Iterable[Block], console: Console | None = None) -> None:
