@@ -195,7 +195,7 @@ def test_every_shipped_experiment_can_be_copied_and_checked(installed: Installed
         "from runner.check import CheckOptions, check_file\n"
         "for name, file in shipped_experiments().items():\n"
         "    copied = copy_experiment(file, Path(name))\n"
-        "    report = check_file(copied.experiment, CheckOptions(screen='skip', pictures=False))\n"
+        "    report = check_file(copied.experiment, CheckOptions(screen=False, pictures=False))\n"
         "    print(name, len(report.errors), len(copied.observers), file.is_relative_to(sys.prefix))\n"
     )
     python = installed.program.with_name("python.exe" if os.name == "nt" else "python")
