@@ -57,8 +57,7 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that ``args`` begins with; a misspelt one is refused with the nearest spelling."""
         name = click.utils.make_str(args[0])
-        known = name in self._commands_help or name.startswith("-")
-        if not known and self.get_command(ctx, name) is None:
+        if not (name in self._commands_help or name.startswith("-")) and self.get_command(ctx, name) is None:
             from documents.text import nearest  # only now: it brings pydantic
 
             near = nearest(name, self._commands_help)
