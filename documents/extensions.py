@@ -17,8 +17,8 @@ import importlib
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import asdict, dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
@@ -210,6 +210,33 @@ class Registry(Mapping[str, Kind]):
         offer = None if name in self._own else self._offered(name)
         return None if offer is None or offer.package == OWN else offer
 
+    @contextmanager
+    def blamed(self, name: str) -> Iterator[None]:
+        """Name the package of a kind that raises what is no InputError; what a kind of ours raises stays as it is.
+
+        Raises
+        ------
+        ExtensionError
+            In place of what another package's kind of that name raised.
+        """
+        try:
+            yield
+        except Exception as error:
+            if isinstance(error, InputError) or not (offer := self.offer(name)):
+                raise
+            now = replace(offer, version=version_of(offer))
+            raise ExtensionError(now, f"it raised {_said(error)}") from error
+
+    @contextmanager
+    def trying(self, name: str, kind: Kind) -> Iterator[None]:
+        """Have a kind by a name that no package offers yet, as a proof of it needs."""
+        before = self._loaded
+        self._loaded = {**before, name: kind}
+        try:
+            yield
+        finally:
+            self._loaded = before
+
     def problems(self) -> Iterator[ExtensionError]:
         """Yield what is wrong with each name that is offered in the environment, also where it is one of ours."""
         own, offers = self.own(), self._environment.all(self.group)
@@ -238,8 +265,7 @@ class Registry(Mapping[str, Kind]):
                 if now is None:
                     raise ExtensionError(offer, "it is not installed any more") from None
                 return self._load(now)
-            said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-            raise ExtensionError(offer, f"{module} does not load ({said})") from error
+            raise ExtensionError(offer, f"{module} does not load ({_said(error)})") from error
         if offer.package != OWN:
             declared = getattr(sys.modules.get(module.partition(".")[0]), _DECLARED, None)
             if declared != INTERFACE:
@@ -274,6 +300,10 @@ def version_of(offer: Offer) -> str:
         return version(offer.package)
     except PackageNotFoundError:
         return offer.version
+
+
+def _said(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
 
 
 def _other_interface(package: str, declared: object) -> tuple[str, str]:

@@ -33,6 +33,7 @@ from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 from runner.views.interface import KEYS
 from stimuli.measures import MEASURES
+from stimuli.recipes import RECIPES
 
 _SIZE_PX = (640, 480)
 ANY_KEYS = (*KEYS, "escape", "backspace")
@@ -342,7 +343,7 @@ def _package(name: str) -> PackageReport:
 
 
 # Of each group of entry points that other packages can add to.
-REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, MEASURES, INSTRUMENTS, commands())
+REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, RECIPES, MEASURES, INSTRUMENTS, commands())
 
 
 def _extensions() -> dict[str, tuple[str, ...]]:

@@ -189,7 +189,9 @@ def make_header(
         },
         analysis=experiment.spec.analysis.model_dump(mode="json", exclude_none=True),
         hashes=hashes(experiment, stimuli) | ({"configuration": configuration} if configuration else {}),
-        software=software() | {offer.package: version_of(offer) for offer in offers.values()},
+        software=software()
+        | {offer.package: version_of(offer) for offer in offers.values()}
+        | stimuli.manifest.get("extension", {}),
         **({"extensions": {kind: offer.package for kind, offer in offers.items()}} if offers else {}),
         presentation=dict(presentation),
         remarks=remarks,

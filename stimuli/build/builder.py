@@ -26,6 +26,7 @@ from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.banded_picture import BandedPicture
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
+from stimuli.recipes.recipe import RECIPES
 from stimuli.recipes.recipe_kind import RecipeKind
 from stimuli.sparkle.measures.find import Threshold
 
@@ -122,7 +123,8 @@ class Builder:
     ) -> None:
         self._recipe, self._context = recipe, context
         self._factors = recipe.factors()
-        self._tasks = tuple(recipe.tasks(context))
+        with RECIPES.blamed(recipe.kind):
+            self._tasks = tuple(recipe.tasks(context))
         self._keys = {name: key for task in self._tasks for name, key in task.items()}
         self._folder, self._progress, self._force = folder, progress, force
         self._threshold = recipe.sparkles.threshold() if recipe.sparkles else None
@@ -173,7 +175,7 @@ class Builder:
         return [frozenset(mine) for task in self._tasks if (mine := names & task.keys())]
 
     def _make(self, names: frozenset[str]) -> None:
-        for made in self._recipe.make(self._context, self._report, names):
+        for made in self._pictures(names):
             key = self._keys[made.name]
             try:
                 entry = _write(made, key, self.unfinished, self._threshold, str(self._recipe.observer))
@@ -190,6 +192,10 @@ class Builder:
                 self.made += 1
             if self._stop.is_set():
                 return
+
+    def _pictures(self, names: frozenset[str]) -> Iterator[MadePicture]:
+        with RECIPES.blamed(self._recipe.kind):
+            yield from self._recipe.make(self._context, self._report, names)
 
     def _make_in_threads(self, missing: list[frozenset[str]], jobs: int) -> None:
         from concurrent.futures import ThreadPoolExecutor, as_completed

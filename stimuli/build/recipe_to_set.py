@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from documents import Finding, InputError
+from documents.extensions import version_of
 from documents.files import sha256_of_json, unwritable
 from documents.yaml import YamlSource
 from stimuli.build.cache import OTHER_CACHE, cache_folder, locked
@@ -20,7 +21,7 @@ from stimuli.build.known_hashes import KnownHashes
 from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set
 from stimuli.errors import StimulusError
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Progress
-from stimuli.recipes.recipe import faults_of_inputs, read_recipe, unreadable
+from stimuli.recipes.recipe import RECIPES, faults_of_inputs, read_recipe, unreadable
 from stimuli.recipes.recipe_kind import RecipeKind
 
 # Raise it when the same recipe makes other pictures than before, or a manifest holds other things.
@@ -92,6 +93,8 @@ def build_set(
     cache = cache_folder()
     hashes = KnownHashes(cache / f".inputs-{sha256_of_json(str(recipe_path.absolute()))[:16]}.json", verify=verify)
     inputs = _inputs(recipe, source, recipe_path, hashes)
+    offer = RECIPES.offer(recipe.kind)
+    extension = {} if offer is None else {offer.package: version_of(offer)}
     resolved = {
         "generator_version": GENERATOR_VERSION,
         "recipe": recipe.model_dump(mode="json"),
@@ -99,6 +102,7 @@ def build_set(
         "inputs": inputs,
         **recipe.display_facts(setup),
         **recipe.decoder_facts(),
+        **({"extension": extension} if extension else {}),
     }
     folder = cache / sha256_of_json(resolved)[:32]
     built = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
@@ -108,7 +112,7 @@ def build_set(
     # Only to make pictures: a cache hit needs none of it.
     from stimuli.build.builder import Builder, publish
 
-    context = BuildContext(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION)
+    context = BuildContext(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION, extension)
     try:
         cache.mkdir(parents=True, exist_ok=True)
         with locked(folder):

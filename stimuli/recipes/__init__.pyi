@@ -1,5 +1,12 @@
+from .banded_picture import BandedPicture as BandedPicture
+from .build_context import BuildContext as BuildContext
 from .build_context import DisplaySetup as DisplaySetup
+from .build_context import MadePicture as MadePicture
+from .build_context import Progress as Progress
+from .recipe import RECIPES as RECIPES
 from .recipe import Recipe as Recipe
 from .recipe import faults_of_inputs as faults_of_inputs
 from .recipe import read_recipe as read_recipe
 from .recipe import unreadable as unreadable
+from .recipe_kind import RecipeFault as RecipeFault
+from .recipe_kind import RecipeKind as RecipeKind

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,8 +61,9 @@ class DisplaySetup:
 class BuildContext:
     """The inputs of a picture beside its recipe.
 
-    ``folder`` is the recipe's, ``file_hashes`` holds the SHA-256 of each file that the recipe names, and
-    ``generator_version`` is raised when the code makes other pictures of the same recipe.
+    ``folder`` is the recipe's, ``file_hashes`` holds the SHA-256 of each file that the recipe names,
+    ``generator_version`` is raised when the code makes other pictures of the same recipe, and ``extension`` is the
+    package of a kind that is not ours, with its version: a new version makes its pictures anew.
     """
 
     folder: Path
@@ -70,12 +71,14 @@ class BuildContext:
     pixel_pitch_mm: float
     setup: DisplaySetup | None
     generator_version: int
+    extension: Mapping[str, str] = field(default_factory=dict)
 
     def key(self, sparkles: SparklesSpec | None, **parts: Any) -> str:
         """Return the key of a picture: the hash of everything that its pixels and its steps depend on."""
         counted = None if sparkles is None else sparkles.model_dump(mode="json")
         everywhere = {"version": self.generator_version, "pixel_pitch_mm": self.pixel_pitch_mm, "sparkles": counted}
-        return sha256_of_json({**everywhere, **parts})
+        by = {"extension": dict(self.extension)} if self.extension else {}
+        return sha256_of_json({**everywhere, **by, **parts})
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,9 +1,10 @@
 """Recipes: `configs/stimuli/*.yaml`: which pictures an experiment shows, and how they are made.
 
-Four kinds: `sparkle_plate` photographs a synthetic plate, `sparkle_series` several plates in series of exposures,
-`photographs` develops a camera's files, and `pictures` takes OpenEXR files and ordinary pictures. A recipe and the
-pictures that it names form one folder that can be copied as a whole: a picture's path is relative to the recipe, and
-neither absolute nor upwards (`..`), nor a link that leads out of the folder. A camera file may lie anywhere.
+Four kinds are ours: `sparkle_plate` photographs a synthetic plate, `sparkle_series` several plates in series of
+exposures, `photographs` develops a camera's files, and `pictures` takes OpenEXR files and ordinary pictures; those of
+other packages are in their entry points (`docs/extend.md`). A recipe and the pictures that it names form one folder
+that can be copied as a whole: a picture's path is relative to the recipe, and neither absolute nor upwards (`..`), nor
+a link that leads out of the folder. A camera file may lie anywhere.
 """
 
 from __future__ import annotations
@@ -11,24 +12,27 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
-
 from documents import Finding, InputError, load_document
+from documents.extensions import Registry, of_base
 from documents.files import beside, inside, looked_for, open_regular
-from documents.yaml import OneOf, Path_, YamlSource
+from documents.yaml import ByKind, OneOf, Path_, YamlSource
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import MAX_SPECTRAL_BYTES
-from stimuli.recipes.photographs import PhotographsRecipe
-from stimuli.recipes.pictures import PicturesRecipe
 from stimuli.recipes.recipe_kind import RecipeKind
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.recipes.sparkle_series import SparkleSeriesRecipe
 
-# The kinds: a new one is named here.
-AnyRecipe = SparklePlateRecipe | SparkleSeriesRecipe | PicturesRecipe | PhotographsRecipe
+RECIPES: Registry[type[RecipeKind]] = Registry(
+    "cyclopean.recipes",
+    {
+        "sparkle_plate": "stimuli.recipes.sparkle_plate:SparklePlateRecipe",
+        "sparkle_series": "stimuli.recipes.sparkle_series:SparkleSeriesRecipe",
+        "pictures": "stimuli.recipes.pictures:PicturesRecipe",
+        "photographs": "stimuli.recipes.photographs:PhotographsRecipe",
+    },
+    of_base(RecipeKind),
+)
 
 
-class Recipe(OneOf[Annotated[AnyRecipe, Field(discriminator="kind")]]):
+class Recipe(OneOf[Annotated[RecipeKind, ByKind(RECIPES)]]):
     """A recipe of any kind."""
 
 
@@ -38,7 +42,7 @@ def read_recipe(path: Path) -> tuple[RecipeKind, YamlSource]:
     Parameters
     ----------
     path
-        A YAML file of one of the kinds ``pictures``, ``photographs``, ``sparkle_plate`` and ``sparkle_series``.
+        A YAML file of one of the kinds of `RECIPES`, such as ``pictures``.
 
     Returns
     -------
@@ -57,10 +61,12 @@ def read_recipe(path: Path) -> tuple[RecipeKind, YamlSource]:
     {'paint': 'HI', 'series': 'grey', 'exposure_s': 4.0, 'view': 'stereo'}
     """
     document, source = load_document(path, Recipe, "recipe")
-    findings = [source.finding(fault.location, fault.message, fault.remedy) for fault in document.root.faults()]
+    recipe = document.root
+    with RECIPES.blamed(recipe.kind):
+        findings = [source.finding(fault.location, fault.message, fault.remedy) for fault in recipe.faults()]
     if findings:
         raise StimulusError(findings)
-    return document.root, source
+    return recipe, source
 
 
 def unreadable(file: str, where: Path_, source: YamlSource, reason: str) -> Finding:
