@@ -21,8 +21,7 @@ from documents import InputError
 from stimuli.build import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage
-from stimuli.recipes import Recipe, read_recipe
-from stimuli.recipes.build_context import BuildContext, MadePicture
+from stimuli.recipes import BuildContext, MadePicture, Recipe, read_recipe
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
 from stimuli.recipes.values import SeriesSpec
 from stimuli.sparkle import Studio

@@ -19,8 +19,7 @@ from documents import InputError
 from stimuli.build import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import read_exr
-from stimuli.recipes import read_recipe
-from stimuli.recipes.build_context import BuildContext
+from stimuli.recipes import BuildContext, read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe
 from stimuli.sparkle import Studio, plate_light, scatter_flakes, wavelengths_nm

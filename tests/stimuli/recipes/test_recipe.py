@@ -19,8 +19,7 @@ from documents import InputError
 from stimuli.build import StimulusSet, build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, exr_write, write_exr
-from stimuli.recipes import Recipe, read_recipe
-from stimuli.recipes.banded_picture import BandedPicture
+from stimuli.recipes import BandedPicture, Recipe, read_recipe
 from stimuli.recipes.picture_steps import adapted, finished_picture
 from stimuli.recipes.pictures import PicturesRecipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
