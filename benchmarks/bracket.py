@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from promises import Promise
 
 from documents.arrays import Floats
-from stimuli.bracket import NoiseModel, merge_exposures
+from extensions.photo import NoiseModel, merge_exposures
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from tests.stimuli.bracket.sensor import FULL_E, READ_E, SPAN, TIMES, codes, record, scene
+from tests.extensions.photo.sensor import FULL_E, READ_E, SPAN, TIMES, codes, record, scene
 
 SIDE = sized((384, 512), (48, 64))
 SECONDS = [time[0] / time[1] for time in TIMES]

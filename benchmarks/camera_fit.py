@@ -15,7 +15,7 @@ from devices.chart.layout import COLORCHECKER, perspective, project
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from documents.arrays import Floats
-from stimuli.chart.find import find_corners
+from extensions.photo.find import find_corners
 
 SMALLER = sized(1, 4)
 CORNERS = np.array([[480.0, 360.0], [2480.0, 520.0], [2360.0, 1820.0], [380.0, 1640.0]]) / SMALLER

@@ -35,8 +35,39 @@ COMMANDS = {
     "completion": "Print what makes a shell complete commands at Tab.",
     "help": "Print the help text of a command.",
 }
-# Where each is; those that are not here are our extensions', which have a line above so that the help loads nothing.
-OURS = {name: f"runner.cli.functions:{name}_command" for name in COMMANDS if name not in ("agreement", "export")}
+GROUPS = {
+    "display": {
+        "new": "Write the file of a nominal display, to begin with before it is measured.",
+        "patches": "Show patches of known device codes full-screen in a stereo mode.",
+        "measure": "Show patches and read each with an instrument.",
+        "fit": "Fit display models to measurements and choose the one that predicts best.",
+        "verify": "Show new colours, read them, and report the colour error.",
+        "convert": "Convert codes to XYZ or back, or a display file to an ICC profile or .cube.",
+        "metamerism": "Find how differently observers see an object beside its match on the screen.",
+        "report": "Write an HTML page that judges a display by its measurements.",
+    },
+    "camera": {
+        "fit": "Fit a camera model to a photographed colour chart.",
+        "develop": "Turn photographs into pictures of linear light.",
+        "geometry": "Pixels per millimetre from sensor, lens and distance, and back.",
+        "bracket": "Merge exposures of one scene into one picture of linear light.",
+        "spectral": "Turn a spectral picture into XYZ, or into what a camera records.",
+    },
+    "stimuli": {
+        "build": "Build the pictures of a recipe, or take them from the cache.",
+        "contrast": "Contrast of sparkles over the exposure of their photographs.",
+        "list": "List the stimulus sets in the cache.",
+        "clean": "Remove leftovers of killed builds from the cache.",
+    },
+}
+# Those of our extensions have a line above, so that the help loads nothing. `camera fit` is offered as "camera.fit".
+_EXTENSIONS = ("agreement", "camera.bracket", "camera.fit", "export")
+# Where each of the core's is.
+OURS = {
+    name: f"runner.cli.functions:{name.replace('.', '_')}_command"
+    for name in (*COMMANDS, *(f"{group}.{name}" for group, lines in GROUPS.items() for name in lines))
+    if name not in _EXTENSIONS
+}
 
 
 @cache

@@ -1,5 +1,4 @@
 from .align.pair import align_pair as align_pair
-from .bracket.bracket import bracket_photographs as bracket_photographs
 from .build.recipe_to_set import build_set as build_set
 from .build.stimulus_set import StimulusSet as StimulusSet
 from .comparison.compare import compare_pictures as compare_pictures

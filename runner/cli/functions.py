@@ -13,36 +13,7 @@ import click
 from documents.text import counted
 from runner.cli.main import LazyGroup
 from runner.cli.options import command_of, threads
-from runner.commands import COMMANDS
-
-# The text is a command's line in the group's help.
-GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
-    {
-        "display": {
-            "new": "Write the file of a nominal display, to begin with before it is measured.",
-            "patches": "Show patches of known device codes full-screen in a stereo mode.",
-            "measure": "Show patches and read each with an instrument.",
-            "fit": "Fit display models to measurements and choose the one that predicts best.",
-            "verify": "Show new colours, read them, and report the colour error.",
-            "convert": "Convert codes to XYZ or back, or a display file to an ICC profile or .cube.",
-            "metamerism": "Find how differently observers see an object beside its match on the screen.",
-            "report": "Write an HTML page that judges a display by its measurements.",
-        },
-        "camera": {
-            "fit": "Fit a camera model to a photographed colour chart.",
-            "develop": "Turn photographs into pictures of linear light.",
-            "geometry": "Pixels per millimetre from sensor, lens and distance, and back.",
-            "bracket": "Merge exposures of one scene into one picture of linear light.",
-            "spectral": "Turn a spectral picture into XYZ, or into what a camera records.",
-        },
-        "stimuli": {
-            "build": "Build the pictures of a recipe, or take them from the cache.",
-            "contrast": "Contrast of sparkles over the exposure of their photographs.",
-            "list": "List the stimulus sets in the cache.",
-            "clean": "Remove leftovers of killed builds from the cache.",
-        },
-    }
-)
+from runner.commands import COMMANDS, GROUPS
 
 
 def _pictures(files: Sequence[Path]) -> list[str]:
@@ -80,10 +51,8 @@ FUNCTIONS: Mapping[str, Callable[[], click.Command]] = MappingProxyType(
             help="Print the result as JSON, every observer's difference included.",
         ),
         "display report": partial(command_of, "runner.reports.display.page.report_display"),
-        "camera fit": partial(command_of, "runner.reports.camera.characterise_camera"),
         "camera develop": partial(command_of, "stimuli.develop.photograph.develop_photographs", threads),
         "camera geometry": partial(command_of, "devices.camera.geometry.plan_geometry"),
-        "camera bracket": partial(command_of, "stimuli.bracket.bracket.bracket_photographs", leave_out={"exposure"}),
         "camera spectral": partial(command_of, "stimuli.spectral.convert.convert_spectral"),
     }
 )

@@ -22,7 +22,7 @@ from runner.commands import COMMANDS, OURS, commands
 
 
 class LazyGroup(click.Group):
-    """Commands by name: those of `runner.commands`, or for a group within those of `runner.cli.functions`.
+    """Commands by name, of `runner.commands`: all, or those of a group within.
 
     ``commands_help`` gives each command's line in the help.
     """
@@ -37,13 +37,9 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Load a command, or return None if there is no such one."""
-        if self._commands_help is COMMANDS:
-            return _of_all(cmd_name)
-        if cmd_name not in self._commands_help:
-            return None
-        functions = importlib.import_module("runner.cli.functions")
-        command: click.Command = getattr(functions, f"{self.name}_{cmd_name}_command")
-        return _with_examples(completed(command), f"{self.name} {cmd_name}")
+        if "." in cmd_name:
+            return None  # it is how packages name a command of a group, and nothing to type
+        return _named(cmd_name if self._commands_help is COMMANDS else f"{self.name} {cmd_name}")
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Return the commands that begin so, without loading them."""
@@ -84,20 +80,19 @@ class LazyGroup(click.Group):
             formatter.write_dl(list(self._commands_help.items()))
 
 
-def _with_examples(command: click.Command, called: str) -> click.Command:
-    if (examples := EXAMPLES.get(called)) and not command.epilog:
-        command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
-    return command
-
-
-def _of_all(name: str) -> click.Command | None:
-    """Return the command of that name, ours or an extension's; None where nobody offers it."""
+def _named(called: str) -> click.Command | None:
+    """Return the command that is called so, ours or an extension's; None where nobody offers it."""
+    name = called.replace(" ", ".")
     if target := OURS.get(name):
         module, _, attribute = target.partition(":")
         command: click.Command | None = getattr(importlib.import_module(module), attribute)
     else:
         command = commands().get(name)
-    return None if command is None else _with_examples(completed(command), name)
+    if command is None:
+        return None
+    if (examples := EXAMPLES.get(called)) and not command.epilog:
+        command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples)
+    return completed(command)
 
 
 def _refuse_given_twice(command: click.Command, ctx: click.Context, args: list[str]) -> None:

@@ -4,6 +4,8 @@ from .comparison.report import check_page as check_page
 from .comparison.report import report_comparison as report_comparison
 from .demo import Demo as Demo
 from .demo import run_demo as run_demo
+from .display.figure import draw_panel as draw_panel
+from .display.page import short as short
 from .options import PowerOptions as PowerOptions
 from .options import ReportOptions as ReportOptions
 from .options import ScoresOptions as ScoresOptions

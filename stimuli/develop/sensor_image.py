@@ -64,6 +64,10 @@ class SensorImage:
         mosaic = Mosaic(self.values, self.saturated, self.pattern)
         return [list(mosaic.places(colour)) for colour in range(3)]
 
+    def upright(self, array: NDArray[Any]) -> NDArray[Any]:
+        """Return an ``array`` (height, width, ...) that lies as the sensor does, turned as ``flip`` says."""
+        return turned(array, self.flip)
+
 
 def make_picture(sensor: SensorImage, method: Demosaic = DEFAULT_DEMOSAIC) -> CameraImage:
     """Return the picture of a sensor's values: colours interpolated by ``method``, turned as ``sensor.flip`` says.
@@ -81,9 +85,7 @@ def make_picture(sensor: SensorImage, method: Demosaic = DEFAULT_DEMOSAIC) -> Ca
     step: dict[str, Any] = {"step": "demosaic", "method": method}
     if sensor.pattern is None:
         step["method"] = "none"
-        rgb, saturated = (
-            np.ascontiguousarray(turned(plane, sensor.flip)) for plane in (sensor.values, sensor.saturated)
-        )
+        rgb, saturated = (np.ascontiguousarray(sensor.upright(plane)) for plane in (sensor.values, sensor.saturated))
     elif method in get_args(Adaptive):
         rgb, saturated = _adaptive(sensor, cast(Adaptive, method), step)
     else:

@@ -14,14 +14,14 @@ from devices.chart import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
 from devices.readings import colorchecker_xyY
 from documents import InputError
-from stimuli.bracket import BracketOptions, NoiseModel, bracket_photographs, merge_exposures
-from stimuli.chart.camera_fit import read_chart
+from extensions.photo import BracketOptions, NoiseModel, bracket_photographs, merge_exposures
+from extensions.photo.camera_fit import read_chart
 from stimuli.develop import Demosaic, DevelopOptions, Levels, read_camera_image
 from stimuli.develop.raw_files import DEMOSAICS
 from stimuli.errors import StimulusError
 from stimuli.spectral import read_spectral
 from stimuli.spectral.convert import spectral_to_xyz
-from tests.stimuli.bracket.sensor import BLACK, TIMES, WHITE, codes, record, scene
+from tests.extensions.photo.sensor import BLACK, TIMES, WHITE, codes, record, scene
 from tests.stimuli.develop.dng import exposure_tags, save_dng, smooth, write_dng
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 from tests.stress.how_many import how_many
@@ -138,7 +138,7 @@ def test_six_raw_files_of_thirty_six_megapixels(tmp_path: Path) -> None:
     photos = [str(tmp_path / f"{number}.dng") for number in range(len(TIMES))]
     program = (
         "import sys, time; from pathlib import Path; from devices.camera import read_camera;"
-        "from stimuli.bracket import BracketOptions, bracket_photographs; from stimuli.develop import DevelopOptions;"
+        "from extensions.photo import BracketOptions, bracket_photographs; from stimuli.develop import DevelopOptions;"
         "start = time.perf_counter(); camera = read_camera('configs/cameras/nikon_d800.yaml');"
         "options = BracketOptions(develop=DevelopOptions(camera=camera));"
         f"bracket_photographs([Path(p) for p in sys.argv[1:]], Path({str(tmp_path / 'a.exr')!r}), options);"

@@ -88,16 +88,19 @@ def test_a_command_of_another_package_runs_and_is_listed_and_takes_none_of_ours(
     facts.mkdir()
     (tmp_path / "pottery.py").write_text(TOOL)
     (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: pottery\nVersion: 1.0\n")
-    (facts / "entry_points.txt").write_text("[cyclopean.commands]\njug = pottery:jug\nrun = pottery:jug\n")
+    (facts / "entry_points.txt").write_text(
+        "[cyclopean.commands]\njug = pottery:jug\nrun = pottery:jug\ncamera.jug = pottery:jug\n"
+    )
     places = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
 
     def typed(*words: str) -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-m", "cyclopean", *words]
         return subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **places})
 
-    assert typed("jug", "--size", "2").stdout == "a jug of 2\n"
+    assert typed("jug", "--size", "2").stdout == typed("camera", "jug", "--size", "2").stdout == "a jug of 2\n"
+    assert "no command 'camera.jug'" in typed("camera.jug").stderr
     assert typed("jug", "--size", "2", "--size", "3").returncode == 2
-    assert "jug  of pottery 1.0" in typed("help").stdout
+    assert "  camera jug  of pottery 1.0" in typed("help").stdout
     assert "jug" not in typed("run", "--help").stdout
     (tmp_path / "pottery.py").write_text("raise OSError('no clay')")
     broken = typed("jug")

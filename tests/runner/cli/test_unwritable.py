@@ -30,10 +30,10 @@ from runner.session import simulate
 from tests.conftest import write_study
 from tests.devices.diagnostics.simulated import MODEL, characterisation
 from tests.devices.profiles.profile_bytes import matrix_tags, para, profile
-from tests.runner.cli.camera.test_fit import _table
+from tests.extensions.photo.sensor import TIMES, bracket, scene
+from tests.extensions.photo.test_fit_command import _table
 from tests.runner.cli.every_command import commands
 from tests.runner.measuring.displays import DISPLAY as SMALL
-from tests.stimuli.bracket.sensor import TIMES, bracket, scene
 from tests.stimuli.comparison.scenes import PLATE, RIG, few, written
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_exr
 

@@ -14,9 +14,9 @@ from devices.camera import CameraModel, Correspondences, Exposure, fit_camera, r
 from devices.errors import DeviceError
 from devices.readings import xyz_from_spectra
 from documents import InputError
+from extensions.photo import ChartOptions, fit_camera_to_chart
 from runner.cli.main import group
 from stimuli.build import build_set
-from stimuli.chart import ChartOptions, fit_camera_to_chart
 from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.develop import CameraImage, DevelopOptions, read_camera_image, to_xyz, write_camera_exr
 from stimuli.develop.calibration_frames import clipped_variance, read_calibration

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from documents.arrays import Floats
 from documents.text import JsonResult
-from stimuli.develop.calibration_frames import clipped_variance
+from stimuli.develop import clipped_variance
 from stimuli.errors import StimulusError
 
 _BINS = 24

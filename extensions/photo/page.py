@@ -18,9 +18,9 @@ from documents.files import writing
 from documents.options import Typed
 from documents.pages import Beside, Cell, Column, Facts, Figure, Page, Paragraph, Section, Shown, Table, write_page
 from documents.text import fixed, with_error
-from runner.reports.display.figure import draw_panel
-from runner.reports.display.page import short
-from stimuli.chart import ChartFit, ChartOptions, fit_camera_to_chart
+from extensions.photo.camera_fit import ChartFit, fit_camera_to_chart
+from extensions.photo.chart_options import ChartOptions
+from runner.reports import draw_panel, short
 
 _SWATCH_SHARE = 0.9  # of the page's white, for the brightest patch
 _PATCHES_WORDS = (
@@ -73,7 +73,7 @@ def characterise_camera(
     Raises
     ------
     InputError
-        As of `stimuli.chart.fit_camera_to_chart`; if the camera file is there already.
+        As of `extensions.photo.fit_camera_to_chart`; if the camera file is there already.
     WorkError
         If a file cannot be written.
     """

@@ -1,7 +1,11 @@
 from .bracket import BracketReport as BracketReport
 from .bracket import bracket_photographs as bracket_photographs
+from .bracket_options import BracketOptions as BracketOptions
+from .camera_fit import ChartFit as ChartFit
+from .camera_fit import fit_camera_to_chart as fit_camera_to_chart
+from .chart_options import ChartOptions as ChartOptions
 from .merge import Merged as Merged
 from .merge import merge_exposures as merge_exposures
 from .noise import NoiseModel as NoiseModel
 from .noise import parse_noise as parse_noise
-from .options import BracketOptions as BracketOptions
+from .page import characterise_camera as characterise_camera

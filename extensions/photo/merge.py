@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from documents.arrays import Floats
-from stimuli.bracket.noise import NoiseModel
+from extensions.photo.noise import NoiseModel
 from stimuli.errors import StimulusError
 
 Bools = NDArray[np.bool_]

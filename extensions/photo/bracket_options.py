@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from documents.options import Typed
-from stimuli.develop.options import DevelopOptions
+from stimuli.develop import DevelopOptions
 
 if TYPE_CHECKING:
     from devices.camera import Exposure
-    from stimuli.bracket.noise import NoiseModel
+    from extensions.photo.noise import NoiseModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,5 +40,5 @@ class BracketOptions:
     ratios: Literal["measured", "stated"] = "measured"
     reference: Annotated[Path | None, Typed(metavar="PHOTO")] = None
     ghosts: Literal["refuse", "keep-reference"] = "refuse"
-    noise: Annotated[NoiseModel | None, Typed(metavar="FULL,READ", read="stimuli.bracket.parse_noise")] = None
+    noise: Annotated[NoiseModel | None, Typed(metavar="FULL,READ", read="extensions.photo.parse_noise")] = None
     develop: DevelopOptions = field(default_factory=DevelopOptions)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, shift
 from scipy.optimize import brentq
@@ -18,13 +19,14 @@ from scipy.stats import norm
 
 from devices.camera import CameraModel, Exposure
 from documents import InputError
-from stimuli.bracket import BracketOptions, BracketReport, NoiseModel, bracket_photographs, merge_exposures
-from stimuli.bracket.noise import estimate_noise
+from extensions.photo import BracketOptions, BracketReport, NoiseModel, bracket_photographs, merge_exposures
+from extensions.photo.noise import estimate_noise
+from runner.cli.main import group
 from stimuli.develop import DevelopOptions, read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.pictures import RowFile, read_exr
+from tests.extensions.photo.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
 from tests.kept import known
-from tests.stimuli.bracket.sensor import BLACK, FULL_E, READ_E, SPAN, TIMES, WHITE, bracket, codes, record, scene
 from tests.stimuli.develop.dng import camera_tags, exposure_tags, save_dng, save_linear_dng
 
 # Brackets as raw files: the light comes back, and planted faults are found and named, and none where there is none.
@@ -466,3 +468,53 @@ def test_more_exposures_are_never_less_exact() -> None:
         ]
         # the estimate of x in the error has noise of its own, a hundredth at most
         assert all(later < earlier * 1.01 for earlier, later in pairwise(errors))
+
+
+# The command.
+
+
+def typed(folder: Path, *words: str, output: str = "merged.exr") -> Result:
+    photographs = bracket(folder, scene(48, 64, stops=5) / 4, TIMES[1:4])
+    words = ("camera", "bracket", *map(str, photographs), "-o", str(folder / output), *words)
+    return CliRunner().invoke(group, words)
+
+
+def test_a_bracket_is_merged(tmp_path: Path) -> None:
+    result = typed(tmp_path, "--demosaic", "superpixel")
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.splitlines()
+    assert lines[0].strip() == "Exposures beside the shortest"
+    assert lines[2].split() == ["1_125.dng", "1/125", "s", "1", "1"]
+    assert lines[3].split()[:4] == ["1_60.dng", "1/60", "s", "2.083"]
+    assert lines[-1] == "Written: merged.exr, 32×24"
+    assert any(line.startswith("Noise in green: ") for line in lines)
+
+
+def test_json_holds_every_step(tmp_path: Path) -> None:
+    facts = json.loads(typed(tmp_path, "--json", "--noise", "30000,6").stdout)
+    assert facts["holds"] == "camera RGB"
+    (step,) = [step for step in facts["steps"] if step["step"] == "merge"]
+    assert step["noise"]["red"]["full_scale_electrons"] == pytest.approx(30000)
+    assert read_camera_image(tmp_path / "merged.exr").rgb.shape == (48, 64, 3)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--noise", "3"], "the noise is '3'"),
+        (["--exposure", "1/8,8,200"], "1 exposures are given for 3 photographs"),
+        (["--dark", "no/such/frame.dng"], "there is no such file"),
+    ],
+)
+def test_wrong_options_are_refused(tmp_path: Path, words: list[str], message: str) -> None:
+    result = typed(tmp_path, *words)
+    said = str(result.exception) if isinstance(result.exception, InputError) else result.output
+    assert result.exit_code != 0
+    assert message in said
+    assert not (tmp_path / "merged.exr").exists()
+
+
+def test_the_output_is_an_exr_file(tmp_path: Path) -> None:
+    result = typed(tmp_path, output="merged.png")
+    assert isinstance(result.exception, InputError)
+    assert "no .exr file" in str(result.exception)

@@ -13,11 +13,10 @@ from devices.camera import Correspondences, Exposure, ReferenceColours, fit_came
 from devices.chart import COLORCHECKER, WAYS, patch_quadrangles
 from devices.errors import DeviceError
 from documents.arrays import Floats
-from stimuli.chart import ChartOptions, fit_camera_to_chart
-from stimuli.chart.camera_fit import read_chart
-from stimuli.chart.find import find_corners
-from stimuli.chart.pooled import ChartShot, pool_shots
-from stimuli.chart.sample import sample_patches
+from extensions.photo import ChartOptions, fit_camera_to_chart
+from extensions.photo.camera_fit import read_chart
+from extensions.photo.find import find_corners, sample_patches
+from extensions.photo.pooled import ChartShot, pool_shots
 from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.errors import StimulusError
 from tests.kept import known

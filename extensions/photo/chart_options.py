@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from documents.options import Typed
-from stimuli.develop.options import EXPOSURE, FRAMES
+from stimuli.develop import EXPOSURE, FRAMES
 
 if TYPE_CHECKING:
     from devices.camera import Exposure

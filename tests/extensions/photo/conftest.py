@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,20 +14,22 @@ from devices.colour import XYZ_from_xyY
 from devices.readings import colorchecker_xyY
 
 M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
+NAMES, XYY = colorchecker_xyY()
+XYZ = XYZ_from_xyY(XYY) * 100
+RGB = XYZ @ np.linalg.inv(M).T
 CORNERS = np.array([[120.0, 90.0], [620.0, 130.0], [590.0, 455.0], [95.0, 410.0]])
 
 
 @pytest.fixture
 def reference() -> ReferenceColours:
     """XYZ of the chart's 24 patches, its white at about 90 cd/m²."""
-    names, xyY = colorchecker_xyY()
-    return ReferenceColours(XYZ_from_xyY(xyY) * 100, names, "reference.csv")
+    return ReferenceColours(XYZ, NAMES, "reference.csv")
 
 
 @pytest.fixture
-def true_rgb(reference: ReferenceColours) -> np.ndarray:
+def true_rgb() -> np.ndarray:
     """What the camera sees of each patch, (24, 3)."""
-    return np.asarray(reference.XYZ @ np.linalg.inv(M).T)
+    return RGB
 
 
 @pytest.fixture
@@ -59,3 +62,10 @@ def photograph(true_rgb: np.ndarray) -> Callable[..., np.ndarray]:
         return picture.astype(np.float32)
 
     return draw
+
+
+def write_reference(path: Path) -> Path:
+    """Write the chart's patches, X,Y,Z,name."""
+    rows = [",".join([*(repr(float(v)) for v in one), name]) for one, name in zip(XYZ, NAMES, strict=True)]
+    path.write_text("X,Y,Z,name\n" + "\n".join(rows) + "\n")
+    return path

@@ -12,17 +12,12 @@ from click.testing import CliRunner, Result
 from numpy.typing import NDArray
 
 from devices.camera import read_camera
-from devices.colour import XYZ_from_xyY
-from devices.readings import colorchecker_xyY
 from documents import InputError
 from runner.cli.main import group
 from stimuli.pictures import read_exr
+from tests.extensions.photo.conftest import RGB, XYZ, M, write_reference
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng
 
-MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
-NAMES, XYY = colorchecker_xyY()
-XYZ = XYZ_from_xyY(XYY) * 100
-RGB = XYZ @ np.linalg.inv(MATRIX).T
 LEVELS: dict[str, Any] = {"black": (600,), "white": 15520}
 PATCHES = [(slice(81 + 69 * row, 139 + 69 * row), slice(81 + 69 * column, 139 + 69 * column)) for row in range(4)
            for column in range(6)]  # fmt: skip
@@ -65,9 +60,7 @@ def _patches(path: Path) -> NDArray[np.float64]:
 
 @pytest.fixture
 def reference(tmp_path: Path) -> Path:
-    rows = [",".join([*(repr(float(v)) for v in one), name]) for one, name in zip(XYZ, NAMES, strict=True)]
-    (tmp_path / "chart.csv").write_text("X,Y,Z,name\n" + "\n".join(rows) + "\n")
-    return tmp_path / "chart.csv"
+    return write_reference(tmp_path / "chart.csv")
 
 
 def test_a_raw_chart_becomes_a_camera_file_and_its_light_comes_back(tmp_path: Path, reference: Path) -> None:
@@ -75,7 +68,7 @@ def test_a_raw_chart_becomes_a_camera_file_and_its_light_comes_back(tmp_path: Pa
     fitted = _told("fit", chart, "--reference", reference, "-o", tmp_path / "camera.yaml")
     assert fitted["held_out_delta_e_2000"]["max"] < 0.5  # of photon noise: 700 photosites of each colour in a patch
     model = read_camera(tmp_path / "camera.yaml")
-    np.testing.assert_allclose(model.matrix, MATRIX, atol=0.5)
+    np.testing.assert_allclose(model.matrix, M, atol=0.5)
     assert model.exposure is not None
     assert str(model.exposure) == "1/15 s, f/8, ISO 800"
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents.arrays import Floats
-from stimuli.bracket.noise import NEARLY_FULL, NoiseModel
-from stimuli.bracket.shots import Shot, block_sums
-from stimuli.develop.sensor_image import SensorImage
+from extensions.photo.noise import NEARLY_FULL, NoiseModel
+from extensions.photo.shots import Shot, block_sums
+from stimuli.develop import SensorImage
 
 Mask = NDArray[np.bool_]
 

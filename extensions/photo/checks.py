@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from documents import Finding, InputError
 from documents.text import JsonResult
-from stimuli.bracket.consistency import Compared, Samples, camera_shift, colour_ratios
-from stimuli.bracket.shots import BLOCK_PX, Shot
-from stimuli.develop.sensor_image import SensorImage
+from extensions.photo.consistency import Compared, Samples, camera_shift, colour_ratios
+from extensions.photo.shots import BLOCK_PX, Shot
+from stimuli.develop import SensorImage
 from stimuli.errors import StimulusError
-from stimuli.pictures.picture_pixels import turned
 
 Mask = NDArray[np.bool_]
 
@@ -209,10 +208,10 @@ def where_moved(
 def _places(shots: Sequence[Shot], number: int, moved: Mask) -> list[MovedPart]:
     from scipy.ndimage import find_objects, label
 
-    flip = shots[0].sensor.flip
-    labels, _ = label(turned(moved, flip), structure=np.ones((3, 3)))
+    sensor = shots[0].sensor
+    labels, _ = label(sensor.upright(moved), structure=np.ones((3, 3)))
     height, width = shots[0].shape[:2]
-    if flip & 4:
+    if sensor.flip & 4:
         height, width = width, height
     between = shots[number].name, shots[number + 1].name
     places = []

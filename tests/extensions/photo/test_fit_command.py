@@ -11,17 +11,11 @@ import tifffile
 from click.testing import CliRunner, Result
 
 from devices.camera import Exposure, read_camera
-from devices.colour import XYZ_from_xyY
-from devices.readings import colorchecker_xyY
 from documents import InputError
 from runner.cli.main import group
 from tests.choice import nightly
+from tests.extensions.photo.conftest import NAMES, RGB, XYZ, M, write_reference
 from tests.pages import policy_of
-
-M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
-NAMES, XYY = colorchecker_xyY()
-XYZ = XYZ_from_xyY(XYY) * 100
-RGB = XYZ @ np.linalg.inv(M).T
 
 
 def _table(path: Path, rgb: np.ndarray = RGB, rows: slice = slice(None)) -> Path:
@@ -30,12 +24,6 @@ def _table(path: Path, rgb: np.ndarray = RGB, rows: slice = slice(None)) -> Path
         for one, other, name in zip(rgb[rows], XYZ[rows], NAMES[rows], strict=True)
     ]
     path.write_text("R,G,B,X,Y,Z,name\n" + "\n".join(lines) + "\n")
-    return path
-
-
-def _reference(path: Path) -> Path:
-    rows = [",".join([*(repr(float(v)) for v in one), name]) for one, name in zip(XYZ, NAMES, strict=True)]
-    path.write_text("X,Y,Z,name\n" + "\n".join(rows) + "\n")
     return path
 
 
@@ -95,7 +83,7 @@ def test_a_table_to_a_camera_file_and_a_page(
 
 
 def test_a_photograph_finds_its_chart(tmp_path: Path) -> None:
-    photo, reference = _photo(tmp_path / "chart.tif"), _reference(tmp_path / "reference.csv")
+    photo, reference = _photo(tmp_path / "chart.tif"), write_reference(tmp_path / "reference.csv")
     told = _told(photo, "--reference", reference, "--linear", "--exposure", "1/15,8,800")
     assert np.array(told["matrix_XYZ_cd_m2"]) == pytest.approx(M, abs=0.5)  # noise of 0.001, some 900 pixels a patch
     chart = told["chart"]
@@ -143,7 +131,7 @@ def test_a_camera_file_that_is_there_stays(tmp_path: Path) -> None:
 
 
 def test_what_goes_wrong_writes_nothing_and_says_one_thing(tmp_path: Path) -> None:
-    reference = _reference(tmp_path / "reference.csv")
+    reference = write_reference(tmp_path / "reference.csv")
     bright, dead, broken = RGB * 255, RGB * [1, 0, 1], RGB.copy()
     broken[3, 1] = np.nan
     wrong: dict[str, list[object]] = {

@@ -28,13 +28,10 @@ from documents.arrays import Floats
 from documents.pages import Table
 from documents.tables import ENDINGS
 from documents.text import JsonResult, visible
-from stimuli.chart.find import find_corners, turn_upright
-from stimuli.chart.options import ChartOptions, Triple
-from stimuli.chart.pooled import ChartShot, Pooled, PooledChart, pool_shots
-from stimuli.chart.sample import Bools, PatchValues, Picture, sample_patches
-from stimuli.develop.calibration_frames import read_calibration
-from stimuli.develop.levels import Levels
-from stimuli.develop.read import read_camera_image
+from extensions.photo.chart_options import ChartOptions, Triple
+from extensions.photo.find import Bools, PatchValues, Picture, find_corners, sample_patches, turn_upright
+from extensions.photo.pooled import ChartShot, Pooled, PooledChart, pool_shots
+from stimuli.develop import Levels, read_calibration, read_camera_image
 from stimuli.errors import StimulusError
 
 _MOST_SPREAD = 0.05

@@ -16,17 +16,22 @@ from documents.files import unwritable
 from documents.options import Typed
 from documents.pages import Table
 from documents.text import JsonResult, counted
-from stimuli.bracket.checks import check_alike, check_scene, exposure_notes, relative_exposures, where_moved
-from stimuli.bracket.consistency import compare_neighbours, moved_blocks
-from stimuli.bracket.merge import merge_exposures
-from stimuli.bracket.noise import NoiseModel, estimate_noise
-from stimuli.bracket.options import BracketOptions
-from stimuli.bracket.shots import Shot, by_photosite
-from stimuli.develop.calibration_frames import Calibration
-from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.photograph import DevelopedPhotograph, calibration_of, write_developed
-from stimuli.develop.raw_files import read_sensor_image
-from stimuli.develop.sensor_image import SensorImage, make_picture
+from extensions.photo.bracket_options import BracketOptions
+from extensions.photo.checks import check_alike, check_scene, exposure_notes, relative_exposures, where_moved
+from extensions.photo.consistency import compare_neighbours, moved_blocks
+from extensions.photo.merge import merge_exposures
+from extensions.photo.noise import NoiseModel, estimate_noise
+from extensions.photo.shots import Shot, by_photosite
+from stimuli.develop import (
+    Calibration,
+    CameraImage,
+    DevelopedPhotograph,
+    SensorImage,
+    calibration_of,
+    make_picture,
+    read_sensor_image,
+    write_developed,
+)
 from stimuli.errors import StimulusError
 
 Progress = Callable[[str, int, int], None]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from stimuli.develop.sensor_image import SensorImage
-from stimuli.pictures.rows import RowFile
+from stimuli.develop import SensorImage
+from stimuli.pictures import RowFile
 
 # Photographs are compared by squares of this many photosites.
 BLOCK_PX = 8

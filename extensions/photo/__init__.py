@@ -1,0 +1,5 @@
+"""Photographs as measurements: a camera fitted to a colour chart, and exposures merged into one picture."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
