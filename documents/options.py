@@ -13,6 +13,7 @@ import math
 import re
 import sys
 import types
+from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, is_dataclass, make_dataclass
 from functools import cache
@@ -71,7 +72,7 @@ MONITOR_WORDS = (
 
 @cache
 def described(kind: type) -> dict[str, str]:
-    """Return what the docstring of a dataclass says of each field: of ``alpha, adjust`` the same of both.
+    """Return what the docstring of a dataclass says of each field, and of those it inherits: of ``a, b`` the same.
 
     Examples
     --------
@@ -88,7 +89,8 @@ def described(kind: type) -> dict[str, str]:
             names = [name.strip() for name in line.split(",")]
         for name in names if line.startswith(" ") else ():
             told.setdefault(name, []).append(line.strip())
-    return {name: " ".join(text) for name, text in told.items()}
+    inherited = ChainMap(*(described(base) for base in kind.__bases__ if is_dataclass(base)))
+    return {**inherited, **{name: " ".join(text) for name, text in told.items()}}
 
 
 @cache

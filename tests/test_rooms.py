@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.count_rooms import beyond, check, counts_of
+from tools.count_rooms import DRAWN, arrows, beyond, check, counts_of, drawn
 
 PROJECT = """\
 [tool.rooms.whole]
@@ -47,11 +47,14 @@ def house(tmp_path: Path) -> Path:
         "devices/lamp/bulb.py": "class Bulb:\n    pass\n\n",
         "tests/test_lamp.py": "from devices.lamp.bulb import Bulb\n",
         "docs/lamp.md": "Three short words\n",
+        "CONTRIBUTING.md": "".join(("The house:\n", *DRAWN, "Its ways.\n")),
         "docs/api.md": "made from the docstrings, which is counted with the lines\n",
     }
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
+    page = tmp_path / "CONTRIBUTING.md"
+    page.write_text(drawn(page.read_text(encoding="utf-8"), tmp_path), encoding="utf-8")
     return tmp_path
 
 
@@ -117,3 +120,22 @@ def test_a_budget_of_what_is_gone_is_refused_and_lowering_takes_it_out(house: Pa
         check(house, lower=False)
     check(house, lower=True)
     assert "fan" not in file.read_text(encoding="utf-8")
+
+
+def test_the_picture_has_no_arrow_that_others_imply_and_is_held_to_the_imports(house: Path) -> None:
+    page = house / "CONTRIBUTING.md"
+    before = page.read_text(encoding="utf-8")
+    assert "    devices.lamp[lamp]\n" in before
+    assert " --> " not in before
+    for room, imports in (("runner.wall", "devices.lamp"), ("runner.roof", "devices.lamp runner.wall")):
+        folder = house.joinpath(*room.split("."))
+        folder.mkdir(parents=True)
+        (folder / "__init__.py").write_text("".join(f"import {one}\n" for one in imports.split()), encoding="utf-8")
+    assert arrows(house) == {"devices.lamp": set(), "runner.wall": {"devices.lamp"}, "runner.roof": {"runner.wall"}}
+    with pytest.raises(SystemExit, match="picture"):
+        check(house, lower=False)
+    with pytest.raises(SystemExit):  # the new rooms have no budgets
+        check(house, lower=True)
+    after = page.read_text(encoding="utf-8")
+    assert "  runner.roof --> runner.wall\n" in after
+    assert (after[:10], after[-10:]) == ("The house:", "Its ways.\n")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Count the house: modules, lines, circles, declarations alike, modules with one importer, faces, imports of tests.
+"""Count and draw the house: modules, lines, circles, declarations alike, single importers, faces, imports of tests.
 
     python tools/count_rooms.py [FOLDER OF A CHECKOUT] [--list | --check | --lower]
 
@@ -7,8 +7,9 @@ A module counts as imported by another where one of its names is imported there,
 ``--list``, the modules that exactly one other module imports are named, and those within rooms that tests import.
 
 With ``--check``, as in `make check`, the exit status is 1 where a count is above its budget in ``[tool.rooms]`` of
-pyproject.toml: of the whole, of a room, of a face, of the tests, of the pages. ``--lower`` brings each budget down to
-its count. A budget is raised by hand, with a decision record that says what for.
+pyproject.toml: of the whole, of a room, of a face, of the tests, of the pages; and where the picture in CONTRIBUTING.md
+is not that of the imports. ``--lower`` brings each budget down to its count, and draws the picture again. A budget is
+raised by hand, with a decision record that says what for.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from pathlib import Path
 COMMAND = "runner.cli.main"
 SHARED = 6  # names: two declarations that share so many are one form, written twice
 KIND = re.compile(r'": "([a-z_]+(?:\.\w+)+):[A-Za-z]\w*"')  # as a registry names it
+DRAWN = "<!-- drawn by python tools/count_rooms.py --lower -->\n", "<!-- drawn -->\n"
 PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "extensions", "cyclopean")
 
 
@@ -205,6 +207,43 @@ def counts_of(root: Path) -> dict[str, dict[str, int]]:
     }
 
 
+def arrows(root: Path) -> dict[str, set[str]]:
+    """Return each room, and the rooms that it imports from, less those that a longer way of arrows leads to."""
+    modules, faces = modules_of(root), names_through_faces(root)
+    graph: dict[str, set[str]] = {}
+    for file in modules.values():
+        if "." in (room := room_of(file, root)):
+            inner = (modules[other] for other in imports_of(file, modules, faces) if other in modules)
+            graph.setdefault(room, set()).update(room_of(other, root) for other in inner)
+    below: dict[str, set[str]] = {}
+
+    def reached(room: str) -> set[str]:
+        if room not in below:
+            below[room] = set().union(*(direct[other] | reached(other) for other in direct[room]))
+        return below[room]
+
+    direct = {room: {other for other in others if other in graph and other != room} for room, others in graph.items()}
+    return {room: others - set().union(*map(reached, others)) for room, others in sorted(direct.items())}
+
+
+def picture(root: Path) -> Iterator[str]:
+    """Yield the lines of a picture in Mermaid: a frame for each package, the highest floor first, and the arrows."""
+    graph = arrows(root)
+    yield from ("```mermaid", "flowchart TD")
+    for package in reversed(PACKAGES):
+        yield f"  subgraph {package}"
+        yield from (f"    {room}[{room.split('.')[1]}]" for room in graph if room.startswith(f"{package}."))
+        yield "  end"
+    yield from (f"  {room} --> {' & '.join(sorted(others))}" for room, others in graph.items() if others)
+    yield "```"
+
+
+def drawn(text: str, root: Path) -> str:
+    """Return the text of CONTRIBUTING.md with the picture as it is now."""
+    before, rest = text.split(DRAWN[0])
+    return before + DRAWN[0] + "\n".join(picture(root)) + "\n" + DRAWN[1] + rest.split(DRAWN[1])[1]
+
+
 def beyond(counts: dict[str, dict[str, int]], budgets: dict[str, dict[str, int]]) -> list[str]:
     """Return a line for each count above its budget, for what has none, and for a budget of what is not there.
 
@@ -242,10 +281,14 @@ def lowered(text: str, counts: dict[str, dict[str, int]]) -> str:
 
 def check(root: Path, *, lower: bool) -> None:
     """Compare with the budgets, after lowering them if asked; SystemExit where a count is above its own."""
-    project = root / "pyproject.toml"
+    project, page = root / "pyproject.toml", root / "CONTRIBUTING.md"
     counts = counts_of(root)
+    text = page.read_text(encoding="utf-8")
     if lower:
         project.write_text(lowered(project.read_text(encoding="utf-8"), counts), encoding="utf-8")
+        page.write_text(drawn(text, root), encoding="utf-8")
+    elif text != drawn(text, root):
+        sys.exit("The picture in CONTRIBUTING.md is not that of the imports: type python tools/count_rooms.py --lower")
     said = beyond(counts, tomllib.loads(project.read_text(encoding="utf-8"))["tool"]["rooms"])
     if said:
         sys.exit("Beyond [tool.rooms] in pyproject.toml:\n" + "\n".join(said))

@@ -14,7 +14,7 @@ from analysis.factors.explained import Explained
 from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
 from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, Omitted
-from analysis.scaling.result import t_quantile
+from analysis.scaling.result import Maximised, t_quantile
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS
 from documents.arrays import Floats
 from documents.text import JsonResult
@@ -85,8 +85,8 @@ def effect(
     return Effect(*term, estimate, se, *plain, *by_observers)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FactorEffects(JsonResult):
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FactorEffects(Maximised, JsonResult):
     """What the factors do to the strengths of ``n`` items, and whether it can be trusted.
 
     Attributes
@@ -97,30 +97,23 @@ class FactorEffects(JsonResult):
         The factors in the model, in order, with their levels, the reference first.
     left_out
         The others, and why each is constant, unknown of some items, or aliased.
-    coding, method, prior_sd
-        What was asked for; ``prior_sd`` in nats, None unless ``method`` is ``map``.
+    coding, method
+        What was asked for.
     effects
         One for each level, or number; empty where there is no finite maximum.
-    joint_covariance, sandwich_covariance
-        Shape (e, e): of all effects together, in nats², by the model and by observers (None with fewer than two).
+    sandwich_covariance
+        Shape (e, e): of all effects together, in nats², by observers, as ``joint_covariance`` is by the model; None
+        with fewer than two.
     tests, interactions
         Likelihood-ratio tests of type II; empty unless ``method`` is ``ml``.
     explained
         Share of the free scores and lack of fit; None where there is no finite maximum.
-    theta
-        Shape (n,): fitted strengths in nats, mean 0; NaN where there is no finite maximum.
-    log_likelihood
-        Σ W log p, without binomial coefficients; NaN where there is no finite maximum.
     observers
         How many observers gave answers that count.
-    converged, iterations
-        Whether the last step was below the tolerance; Newton steps taken.
     separation
         Sentences why there is no finite maximum; empty if the fit is sound.
     held_by_prior
         The same sentences where only the prior keeps the effects finite.
-    ties_left_out
-        How many answers prefer neither item: the model has no place for them.
     """
 
     items: tuple[str, ...]
@@ -128,21 +121,14 @@ class FactorEffects(JsonResult):
     left_out: tuple[Omitted, ...]
     coding: Coding
     method: FactorMethod
-    prior_sd: float | None
     effects: tuple[Effect, ...]
-    joint_covariance: Floats
     sandwich_covariance: Floats | None
     tests: tuple[FactorTest, ...]
     interactions: tuple[InteractionTest, ...]
     explained: Explained | None
-    theta: Floats
-    log_likelihood: float
     observers: int
-    converged: bool
-    iterations: int
     separation: tuple[str, ...]
     held_by_prior: tuple[str, ...]
-    ties_left_out: float
     json_names: ClassVar = (
         "coding method prior_sd factors left_out effects tests interactions conclusions cautions explained "
         "fitted_items log_likelihood observers converged iterations separation held_by_prior ties_left_out"

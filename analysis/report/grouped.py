@@ -13,12 +13,11 @@ from analysis.records.lines import Header
 from analysis.records.session_record import SessionLog
 from analysis.report.notes import notes_on_groups
 from analysis.report.summary import (
-    AnalysisOptions,
     Answered,
     Summary,
     analysis_options,
-    answered,
     compared_times,
+    median_time_s,
     scale_of,
     smallest_of,
 )
@@ -119,8 +118,8 @@ def summarise_groups(
     parts = []
     for name, part in split_groups(comparisons):
         own = [(item, time_s) for item, time_s in times if groups.group_of[item] == name]
-        parts.append((name, _part(sessions, part, own, options)))
-    pooled = None if scored.pooled is None else _part(sessions, scored.pooled.comparisons, times, options)
+        parts.append((name, scale_of(sessions, part, own, options)))
+    pooled = None if scored.pooled is None else scale_of(sessions, scored.pooled.comparisons, times, options)
     scored = replace(
         scored,
         groups=tuple((name, part.scores) for name, part in parts),
@@ -141,17 +140,11 @@ def summarise_groups(
         common=common if pooled else {},
         notes=notes_on_groups(sessions, comparisons, groups.sentence, estimates, caveats, further),
         smallest=smallest,
-        **answered(sessions, comparisons, times, options),
+        sessions=tuple(sessions),
+        alpha=options["alpha"],
+        adjust=options["adjust"],
+        response_time_s=median_time_s(times),
     )
-
-
-def _part(
-    sessions: Sequence[SessionLog],
-    comparisons: Comparisons,
-    times: Sequence[tuple[str, float]],
-    options: AnalysisOptions,
-) -> Summary:
-    return scale_of(comparisons, answered(sessions, comparisons, times, options), options)
 
 
 def common_names(header: Header, groups: SessionGroups) -> dict[str, str]:

@@ -35,15 +35,10 @@ class Answered(ABC):
 
     Attributes
     ----------
-    header
-        Header of the first session; the sessions agree on experiment and stimuli.
     sessions
-        The sessions, in the order given.
+        The sessions, in the order given; they agree on experiment and stimuli.
     alpha, adjust
         Level of the tests that the classes follow from, and their correction for multiple comparisons.
-    first_share
-        Share (0 to 1) of answers that chose the first position, or None; ``first_share_interval``: Wilson's 95 %,
-        which allows for observers who differ [Kish1965].
     response_time_s
         Median response time in seconds.
     notes
@@ -53,12 +48,9 @@ class Answered(ABC):
         were chosen by the answers, and as `analysis.power.smallest.smallest_difference`.
     """
 
-    header: Header
     sessions: tuple[SessionLog, ...]
     alpha: float
     adjust: Adjust
-    first_share: float | None
-    first_share_interval: tuple[float, float] | None
     response_time_s: float
     notes: tuple[str, ...]
     smallest: SmallestDifference | None = None
@@ -67,6 +59,21 @@ class Answered(ABC):
     @abstractmethod
     def comparisons(self) -> Comparisons:
         """The answers."""
+
+    @property
+    def header(self) -> Header:
+        """The header of the first session."""
+        return self.sessions[0].header
+
+    @property
+    def first_share(self) -> float | None:
+        """Share (0 to 1) of answers that chose the first position; None where that was not noted."""
+        return self.comparisons.first_share()
+
+    @property
+    def first_share_interval(self) -> tuple[float, float] | None:
+        """Wilson's 95 % interval of that share, which allows for observers who differ [Kish1965]."""
+        return None if self.first_share is None else _first_share_interval(self.comparisons)
 
     @property
     def observers(self) -> tuple[str, ...]:
@@ -183,18 +190,6 @@ class Summary(Answered):
         return {**self.scale_json(), **self.answered_json()}
 
 
-class AnsweredFields(TypedDict):
-    """The fields of `Answered`, without notes."""
-
-    header: Header
-    sessions: tuple[SessionLog, ...]
-    alpha: float
-    adjust: Adjust
-    first_share: float | None
-    first_share_interval: tuple[float, float] | None
-    response_time_s: float
-
-
 def summarise(
     sessions: Sequence[SessionLog],
     alpha: float | None = None,
@@ -216,7 +211,7 @@ def summarise(
     if comparisons is None:
         comparisons = from_sessions(sessions)
     options = analysis_options(sessions, alpha, adjust, covariance)
-    scale = scale_of(comparisons, answered(sessions, comparisons, compared_times(sessions), options), options)
+    scale = scale_of(sessions, comparisons, compared_times(sessions), options)
     smallest = smallest_of(comparisons, options)
     notes = notes_on(sessions, scale.estimate, scale.one_scale, smallest)
     return replace(scale, notes=notes, smallest=smallest, beside=_beside(sessions[0], scale))
@@ -275,31 +270,31 @@ def compared_times(sessions: Sequence[SessionLog]) -> list[tuple[str, float]]:
     ]
 
 
-def answered(
+def scale_of(
     sessions: Sequence[SessionLog],
     comparisons: Comparisons,
     times: Sequence[tuple[str, float]],
     options: AnalysisOptions,
-) -> AnsweredFields:
-    """Return what a summary says beside scores; ``times`` are those of its comparisons."""
-    share = comparisons.first_share()
-    return {
-        "header": sessions[0].header,
-        "sessions": tuple(sessions),
-        "alpha": options["alpha"],
-        "adjust": options["adjust"],
-        "first_share": share,
-        "first_share_interval": None if share is None else _first_share_interval(comparisons),
-        "response_time_s": median(time_s for _, time_s in times),
-    }
-
-
-def scale_of(comparisons: Comparisons, fields: AnsweredFields, options: AnalysisOptions) -> Summary:
-    """Return the scores of comparisons on one scale, without notes."""
+) -> Summary:
+    """Return the scores of comparisons on one scale, without notes; ``times`` are those of the comparisons."""
     estimate = estimate_scores(comparisons, **options)
     # A penalised fit of separated answers is drawn to the middle: that answers lie further out is no departure.
     fits = one_scale(comparisons, estimate.scores.fit) if estimate.method == "ml" else None
-    return Summary(scores=estimate.scores, estimate=estimate, one_scale=fits, notes=(), **fields)
+    return Summary(
+        sessions=tuple(sessions),
+        alpha=options["alpha"],
+        adjust=options["adjust"],
+        response_time_s=median_time_s(times),
+        notes=(),
+        scores=estimate.scores,
+        estimate=estimate,
+        one_scale=fits,
+    )
+
+
+def median_time_s(times: Sequence[tuple[str, float]]) -> float:
+    """Return the median of response times, as `compared_times` has them, in seconds."""
+    return median(time_s for _, time_s in times)
 
 
 def _first_share_interval(comparisons: Comparisons) -> tuple[float, float]:

@@ -184,37 +184,57 @@ class OrderTest(JsonResult):
         return concluded("order effect", self.by_observers.p if self.by_observers else None, self.p)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fit:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Maximised:
+    """Where the likelihood of ``n`` items' strengths, or their posterior, is largest.
+
+    Attributes
+    ----------
+    theta
+        Shape (n,): strengths with mean 0, in nats; for ``thurstone`` in standard deviations of a difference. NaN
+        where there is no finite maximum.
+    joint_covariance
+        Shape (e, e): of all that was estimated, in nats².
+    prior_sd
+        Standard deviation of the Gaussian prior, in the units of the strengths; None without one.
+    log_likelihood
+        Σ W log p, without binomial coefficients; NaN where there is no finite maximum.
+    converged, iterations
+        Whether the last step was below the tolerance; Newton steps taken.
+    ties_left_out
+        How many answers prefer neither item, where the model has no place for them.
+    """
+
+    theta: Floats
+    joint_covariance: Floats
+    prior_sd: float | None
+    log_likelihood: float
+    converged: bool
+    iterations: int
+    ties_left_out: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Fit(Maximised):
     """Strengths of ``n`` items under a model, and whether they can be trusted.
 
     Attributes
     ----------
-    model, method, covariance_kind, prior_sd
-        What was asked for; ``prior_sd`` in the units of the strengths, None unless ``method`` is ``map``.
+    model, method, covariance_kind
+        What was asked for.
     counts
         The counts of each pair that it was fitted to.
-    theta
-        Shape (n,): strengths with mean 0, in nats; for ``thurstone`` in standard deviations of a difference. NaN
-        where there is no maximum.
-    joint_covariance
-        Shape (n + f, n + f): of ``theta``, on vectors that sum to zero, and then of ``parameters``.
     parameters
-        The f parameters beside the strengths: the tie parameter, then the order effect.
-    log_likelihood
-        Σ W log p, without binomial coefficients.
+        The f parameters beside the strengths: the tie parameter, then the order effect. ``joint_covariance`` is of
+        ``theta``, on vectors that sum to zero, and then of these.
     order_test
         None unless an order effect was fitted by maximum likelihood.
-    converged, iterations
-        Whether the last step was below the tolerance; Newton steps taken.
     separation
         Why there is no finite maximum; None if the fit is sound.
     held_by_prior
         Why there would be no finite maximum without the prior; None where the answers keep all strengths finite.
         The strengths of groups that were never compared then differ by 0 ± σ √(1/k + 1/l) on average over their k and
         l items: what the prior says, and nothing else.
-    ties_left_out
-        How many ties the model has no place for.
     clustered
         Where the covariance is clustered by observer, what it comes from, with its degrees of freedom; None where it is
         the model's.
@@ -225,18 +245,11 @@ class Fit:
     model: Model
     method: ModelMethod
     covariance_kind: CovarianceKind
-    prior_sd: float | None
     counts: Counts
-    theta: Floats
-    joint_covariance: Floats
     parameters: tuple[Parameter, ...]
-    log_likelihood: float
     order_test: OrderTest | None
-    converged: bool
-    iterations: int
     separation: Separation | None
     held_by_prior: Separation | None = None
-    ties_left_out: float = 0.0
     clustered: ByObserver | None = None
     wins_by_observer: Floats | None = None
 

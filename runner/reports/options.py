@@ -12,20 +12,33 @@ from devices.eyes import Eye
 from documents.options import Typed
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClassOptions:
+    """How perceptual classes are made, where not as the experiment says.
+
+    Attributes
+    ----------
+    alpha
+        Significance level for a difference between two stimuli. Default: the experiment's.
+    adjust
+        Correction for multiple comparisons. Default: the experiment's.
+    covariance
+        Standard errors from the model, or clustered by observer. Default: the experiment's.
+    """
+
+    alpha: float | None = None
+    adjust: Adjust | None = None
+    covariance: CovarianceChoice | None = None
+
+
 @dataclass(frozen=True, slots=True)
-class ReportOptions:
+class ReportOptions(ClassOptions):
     """How results are reported.
 
     Attributes
     ----------
     rule
         Which observers to leave out.
-    alpha
-        Significance level for a difference between two stimuli. Default: the experiment's.
-    adjust
-        Correction for multiple comparisons. Default: the experiment's.
-    covariance
-        Standard errors of the classes. Default: the experiment's.
     experiment
         Experiment file, for pictures of the stimuli and facts for Methods. Default: experiments/NAME.yaml.
     pictures
@@ -41,9 +54,6 @@ class ReportOptions:
     """
 
     rule: Filter = field(default_factory=Filter)
-    alpha: float | None = None
-    adjust: Adjust | None = None
-    covariance: CovarianceChoice | None = None
     experiment: Path | None = None
     pictures: Annotated[bool, Typed("--thumbnails/--no-thumbnails")] = True
     pdf: bool = False
@@ -81,7 +91,7 @@ def numbers_of(text: str) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class PowerOptions:
+class PowerOptions(ClassOptions):
     """What is assumed about stimuli and observers, and how studies are simulated and tested.
 
     Attributes
@@ -112,12 +122,6 @@ class PowerOptions:
         Pair of stimuli that matters; repeat for each.
     target
         Power that each of these pairs should reach.
-    alpha
-        Significance level for a difference between two stimuli. Default: the experiment's.
-    adjust
-        Correction for multiple comparisons. Default: the experiment's.
-    covariance
-        Standard errors from the model, or clustered by observer. Default: the experiment's.
     interval
         Intervals from standard errors, or by bootstrap over observers in each study (slow).
     seed
@@ -146,9 +150,6 @@ class PowerOptions:
     lapse_rate: float | None = None
     pairs: Annotated[tuple[tuple[str, str], ...], Typed("--pair", "A B")] = ()
     target: Annotated[float, Typed("--power")] = TARGET
-    alpha: float | None = None
-    adjust: Adjust | None = None
-    covariance: CovarianceChoice | None = None
     interval: Interval = "wald"
     seed: Annotated[int, Typed(least=0, most=1e40)] = SEED
     scheduler: Annotated[str | None, Typed(metavar="ADDRESS")] = None
