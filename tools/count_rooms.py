@@ -217,13 +217,13 @@ def arrows(root: Path) -> dict[str, set[str]]:
             graph.setdefault(room, set()).update(room_of(other, root) for other in inner)
     below: dict[str, set[str]] = {}
 
-    def reached(room: str) -> set[str]:
+    def further(room: str) -> set[str]:
         if room not in below:
-            below[room] = set().union(*(direct[other] | reached(other) for other in direct[room]))
+            below[room] = set().union(*(direct[other] | further(other) for other in direct[room]))
         return below[room]
 
     direct = {room: {other for other in others if other in graph and other != room} for room, others in graph.items()}
-    return {room: others - set().union(*map(reached, others)) for room, others in sorted(direct.items())}
+    return {room: others - further(room) for room, others in sorted(direct.items())}
 
 
 def picture(root: Path) -> Iterator[str]:

@@ -14,10 +14,12 @@ from unittest.mock import patch
 
 from cyclopean.testing.promises import kept
 from documents import InputError
-from documents.files import sha256_of_file
+from documents.files import read_regular, read_regular_text, sha256_of_file
 from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import CodedPicture, write_exr
 from stimuli.recipes import RECIPES, BandedPicture, BuildContext, DisplaySetup, MadePicture, RecipeKind, read_recipe
+
+_MOST_BYTES = 2**30  # of a file that is cut
 
 
 def prove_recipe(
@@ -157,7 +159,7 @@ class _Tried:
         return None
 
     def changes(self) -> str | None:
-        text = self._file.read_text(encoding="utf-8")
+        text = read_regular_text(self._file, _MOST_BYTES, "recipe")
         try:
             for number, other in enumerate(self._changed):
                 self._file.write_text(other, encoding="utf-8")
@@ -178,7 +180,7 @@ class _Tried:
 
     def refused(self) -> str | None:
         for file in self._recipe.inputs():
-            content = (self._folder / file).read_bytes()
+            content = read_regular(self._folder / file, _MOST_BYTES)
             for cut in (0, len(content) // 3, len(content) - 1):
                 with self._beside(file, content[:cut]) as context, suppress(InputError):
                     list(self._made(self._recipe.names(), context))

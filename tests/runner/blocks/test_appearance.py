@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -213,6 +214,7 @@ def test_the_header_states_style_keys_and_words(study: Study) -> None:
 
     class Stimuli:
         digest = ""
+        manifest: Mapping[str, str] = {}
 
     header = make_header(design, Stimuli(), "01", "s", (), {}, simulated=True)  # type: ignore[arg-type]  # no set is built
     assert header.interface.given() == {
