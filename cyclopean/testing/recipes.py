@@ -14,12 +14,10 @@ from unittest.mock import patch
 
 from cyclopean.testing.promises import kept
 from documents import InputError
-from documents.files import read_regular, read_regular_text, sha256_of_file
+from documents.files import read_regular, sha256_of_file
 from stimuli.build import StimulusSet, build_set
 from stimuli.pictures import CodedPicture, write_exr
 from stimuli.recipes import RECIPES, BandedPicture, BuildContext, DisplaySetup, MadePicture, RecipeKind, read_recipe
-
-_MOST_BYTES = 2**30  # of a file that is cut
 
 
 def prove_recipe(
@@ -95,7 +93,7 @@ class _Tried:
     def __init__(
         self, folder: Path, text: str, changed: Sequence[str], pitch_mm: float, setup: DisplaySetup | None
     ) -> None:
-        self._folder, self._changed, self._pitch_mm, self._setup = folder, changed, pitch_mm, setup
+        self._folder, self._text, self._changed, self._pitch_mm, self._setup = folder, text, changed, pitch_mm, setup
         self._file = folder / "proved_recipe.yaml"
         self._caches = (folder / f"cache-{number}" for number in count())
         self._file.write_text(text, encoding="utf-8")
@@ -159,7 +157,6 @@ class _Tried:
         return None
 
     def changes(self) -> str | None:
-        text = read_regular_text(self._file, _MOST_BYTES, "recipe")
         try:
             for number, other in enumerate(self._changed):
                 self._file.write_text(other, encoding="utf-8")
@@ -167,7 +164,7 @@ class _Tried:
                 if differs := _differing(fresh, here):
                     return f"changed recipe {number}: {differs}"
         finally:
-            self._file.write_text(text, encoding="utf-8")
+            self._file.write_text(self._text, encoding="utf-8")
         return None
 
     def banded(self) -> str | None:
@@ -180,7 +177,7 @@ class _Tried:
 
     def refused(self) -> str | None:
         for file in self._recipe.inputs():
-            content = read_regular(self._folder / file, _MOST_BYTES)
+            content = read_regular(self._folder / file, 2**30)
             for cut in (0, len(content) // 3, len(content) - 1):
                 with self._beside(file, content[:cut]) as context, suppress(InputError):
                     list(self._made(self._recipe.names(), context))
