@@ -47,6 +47,7 @@ from .protocol import LineInstrument as LineInstrument
 from .protocol import LineProtocol as LineProtocol
 from .protocol import read_protocol as read_protocol
 from .read import PROFILE_ENDINGS as PROFILE_ENDINGS
+from .read import READERS as READERS
 from .read import read_measurements as read_measurements
 from .read import write_measurements as write_measurements
 from .sets import ALL as ALL

@@ -93,7 +93,9 @@ def _joined(codes: CarriedText, colours: CarriedText, file: str) -> CarriedText 
     for row in colours.table.rows:
         sample = row[names.index(key)]
         if sample.text not in own:
-            raise DeviceError(colours.table.finding(f"{key} {sample.text} has no codes in 'DevD'", sample))
+            raise DeviceError(
+                colours.table.finding(f"{key} {sample.text} has no codes in 'DevD'", sample, "codes for each sample")
+            )
         code = [_scaled(own[sample.text][place].text, scale) for place in places]
         rows.append(" ".join([f'"{sample.text}"', *code, *(row[names.index(name)].text for name in wanted)]))
     lines = ["CTI3", *head, "BEGIN_DATA_FORMAT", " ".join(["SAMPLE_ID", *_RGB, *wanted]), "END_DATA_FORMAT"]

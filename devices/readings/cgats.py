@@ -38,7 +38,7 @@ class CgatsTable:
         """Return the names of the fields."""
         return [cell.text for cell in self.fields]
 
-    def finding(self, message: str, at: Cell, remedy: str | None = None) -> Finding:
+    def finding(self, message: str, at: Cell, remedy: str) -> Finding:
         """Return what is wrong ``at`` a place."""
         return Finding(message, self.file, at.line, at.column, remedy)
 
@@ -63,7 +63,7 @@ def read_table(lines: Sequence[str], file: str, after: int = 0) -> CgatsTable:
         if not cells or cells[0].text.startswith("#"):
             continue
         findings += [
-            table.finding("a quotation mark is not closed", cell)
+            table.finding("a quotation mark is not closed", cell, "close it in the same line")
             for cell, m in zip(cells, _TOKEN.finditer(line), strict=True)
             if m[2] and m[2].startswith('"')
         ]
@@ -89,7 +89,7 @@ def read_table(lines: Sequence[str], file: str, after: int = 0) -> CgatsTable:
             table.finding(f"the table has {len(names)} fields", table.fields[0], f"{MOST_FIELDS} at most")
         )
     findings += [
-        table.finding(f"the field {cell.text} stands twice", cell)
+        table.finding(f"the field {cell.text} stands twice", cell, "give each field a name of its own")
         for place, cell in enumerate(table.fields)
         if cell.text in names[:place]
     ]
@@ -99,7 +99,7 @@ def read_table(lines: Sequence[str], file: str, after: int = 0) -> CgatsTable:
         at = opened if inside else table.end
         findings.append(table.finding("the table is not closed by END_DATA", at, "was the file cut off?"))
     elif not table.rows:
-        findings.append(table.finding("the table holds no measurements", table.end))
+        findings.append(table.finding("the table holds no measurements", table.end, "was the file cut off?"))
     findings += [finding for row in table.rows if (finding := _length(table, row)) is not None]
     for keyword, what, count in (
         ("NUMBER_OF_FIELDS", "fields", len(names)),
@@ -107,7 +107,8 @@ def read_table(lines: Sequence[str], file: str, after: int = 0) -> CgatsTable:
     ):
         declared = table.keywords.get(keyword)
         if declared is not None and declared.text.strip() != str(count):
-            findings.append(table.finding(f"{keyword} is {declared.text}, and there are {count} {what}", declared))
+            said = f"{keyword} is {declared.text}, and there are {count} {what}"
+            findings.append(table.finding(said, declared, "was the file cut off, or changed by hand?"))
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
     return table
@@ -127,4 +128,4 @@ def _length(table: CgatsTable, row: list[Cell]) -> Finding | None:
         return None
     last = row[min(len(row), wanted + 1) - 1]
     at = last if len(row) > wanted else Cell("", last.line, last.column + len(last.text) + 1)
-    return table.finding(f"the line has {len(row)} fields, the format {wanted}", at)
+    return table.finding(f"the line has {len(row)} fields, the format {wanted}", at, "a value for each field")

@@ -264,7 +264,8 @@ def read_session(file: Path) -> ReadingRun:
         what = "the line is damaged" if error.number > 1 else "this is no measurement"
         raise MeasuringError(error.finding(file, what, "restore the file, or measure again")) from error
     if not header:
-        raise MeasuringError(Finding("this is no measurement: it has no header", str(file), 1))
+        what = "this is no measurement: it has no header"
+        raise MeasuringError(Finding(what, str(file), 1, remedy="name the .jsonl of display measure"))
     return ReadingRun(file, header, steps, readings, failures, tuple(accepted), state)
 
 

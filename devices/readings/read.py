@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -10,9 +12,10 @@ import numpy as np
 from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError, MeasuringError
 from devices.readings.arrangement import PatchEye
-from devices.readings.csv_table import read_csv, write_csv
+from devices.readings.csv_table import write_csv
 from devices.readings.table import Measurements
-from documents import Finding
+from documents import Finding, InputError
+from documents.extensions import Registry, version_of
 from documents.files import whole_file, writing
 from documents.tables import ENDINGS
 
@@ -20,6 +23,18 @@ if TYPE_CHECKING:
     from devices.readings.log import ReadingRun
 
 PROFILE_ENDINGS = (".icc", ".icm")
+# By the end of a file's name, without its dot.
+READERS: Registry[Callable[..., Measurements]] = Registry(
+    "cyclopean.readers",
+    {
+        **{ending[1:]: "devices.readings.csv_table:read_csv" for ending in ENDINGS},
+        "ti3": "devices.readings.ti3:read_ti3",
+        "mat": "devices.readings.psychtoolbox:read_psychtoolbox",
+        "jsonl": "devices.readings.read:read_log",
+        **{ending[1:]: "devices.readings.profile_readings:read_profile_measurements" for ending in PROFILE_ENDINGS},
+    },
+    lambda name, kind: None if callable(kind) else "is no function that reads a file",
+)
 
 
 def read_measurements(
@@ -31,9 +46,9 @@ def read_measurements(
     ----------
     path
         A table, ``.csv``, ``.tsv``, ``.txt`` or ``.xlsx``, an ArgyllCMS ``.ti3``, a Psychtoolbox calibration ``.mat``,
-        the ``.jsonl`` that `cyclopean display measure` writes, or an ICC profile, ``.icc`` or ``.icm``, with
-        measurements inside. Of a profile without them the model is asked for the light of a set of codes, and
-        ``assumptions`` says so.
+        the ``.jsonl`` that `cyclopean display measure` writes, an ICC profile, ``.icc`` or ``.icm``, with measurements
+        inside, or a file that another package reads (`READERS`). Of a profile without measurements the model is asked
+        for the light of a set of codes, and ``assumptions`` says so.
     code_range
         The range of the codes of a CSV table that does not name it, such as ``0..255``; the others name theirs.
     white_cd_m2
@@ -63,28 +78,36 @@ def read_measurements(
     if white_cd_m2 is not None and ending not in PROFILE_ENDINGS:
         what = f"--white-cd-m2 {white_cd_m2:g} was given for a file that is no ICC profile"
         raise DeviceError(Finding(what, str(path), remedy="leave it out"))
-    if ending in ENDINGS:
-        return read_csv(path, code_range)
-    if code_range is not None:
+    if code_range is not None and ending not in ENDINGS:
         raise DeviceError(Finding("only the codes of a CSV file need a range", str(path), remedy="leave out --codes"))
-    if ending == ".ti3":
-        from devices.readings.ti3 import read_ti3
+    reader = READERS.get(ending[1:])
+    if reader is None:
+        *most, last = (f".{name}" for name in READERS.names())
+        remedy = f"{', '.join(most)} or {last}"
+        raise DeviceError(Finding(f"'{ending}' is no known table of measurements", str(path), remedy=remedy))
+    options = [option for option in (code_range, white_cd_m2) if option is not None]
+    with READERS.blamed(ending[1:]):
+        try:
+            measurements = reader(path, *options)
+        except InputError as error:
+            if all(fault.file for fault in error.findings):
+                raise
+            raise DeviceError(
+                tuple(replace(fault, file=fault.file or str(path)) for fault in error.findings)
+            ) from error
+        if not isinstance(measurements, Measurements):
+            raise TypeError(f"{type(measurements).__name__} in place of Measurements")
+    if (offer := READERS.offer(ending[1:])) is None:
+        return measurements
+    notes = filter(None, (measurements.notes, f"read by {offer.package} {version_of(offer)}"))
+    return replace(measurements, notes="; ".join(notes))
 
-        return read_ti3(path)
-    if ending == ".mat":
-        from devices.readings.psychtoolbox import read_psychtoolbox
 
-        return read_psychtoolbox(path)
-    if ending == ".jsonl":
-        from devices.readings.log import read_session
+def read_log(path: Path) -> Measurements:
+    """Read the log of a measurement, ``.jsonl``, as `read_measurements` does."""
+    from devices.readings.log import read_session
 
-        return measurements_of(read_session(path))
-    if ending in PROFILE_ENDINGS:
-        from devices.readings.profile_readings import read_profile_measurements
-
-        return read_profile_measurements(path, white_cd_m2)
-    remedy = ".csv, .tsv, .txt, .xlsx, .ti3, .mat, .jsonl, .icc or .icm"
-    raise DeviceError(Finding(f"'{ending}' is no known table of measurements", str(path), remedy=remedy))
+    return measurements_of(read_session(path))
 
 
 def write_measurements(session: ReadingRun, file: Path) -> None:

@@ -174,7 +174,7 @@ def read_spectra(
     try:
         own = xyz_from_spectra(per_nm, waves, observer)
     except DeviceError as error:
-        raise DeviceError([table.finding(f.message, at, f.remedy) for f in error.findings]) from error
+        raise DeviceError([table.finding(f.message, at, f.remedy or "") for f in error.findings]) from error
     if XYZ is None:
         notes += ["XYZ were summed from the spectra, which were taken to be in mW"]
         return Spectra(per_nm, waves, own, [*notes, *sampling_note(per_nm, waves, observer)])
@@ -199,7 +199,9 @@ def _wavelengths(table: CgatsTable, fields: Sequence[str]) -> tuple[Floats, list
     if bands is not None and bands != len(fields):
         at = table.keywords["SPECTRAL_BANDS"]
         raise DeviceError(
-            table.finding(f"SPECTRAL_BANDS is {at.text}, and there are {len(fields)} spectral fields", at)
+            table.finding(
+                f"SPECTRAL_BANDS is {at.text}, and there are {len(fields)} spectral fields", at, "as many as bands"
+            )
         )
     if start is None or end is None:
         return named, ["the wavelengths were taken from the names of the spectral fields"]

@@ -152,7 +152,9 @@ def _calibration(table: CgatsTable, findings: list[Finding]) -> Floats | None:
     names = table.names()
     missing = [name for name in _CAL_FIELDS if name not in names]
     if missing:
-        findings.append(table.finding(f"the calibration has no {', '.join(missing)}", table.fields[0]))
+        findings.append(
+            table.finding(f"the calibration has no {', '.join(missing)}", table.fields[0], "calibrate again")
+        )
         return None
     places = [names.index(name) for name in _CAL_FIELDS]
     before = len(findings)
@@ -170,7 +172,7 @@ def _calibration(table: CgatsTable, findings: list[Finding]) -> Floats | None:
     steps = values[:, 0]
     if len(steps) < 2 or np.any(np.diff(steps) <= 0) or steps[0] > _SAME or steps[-1] < 1 - _SAME:
         at = table.rows[0][places[0]]
-        findings.append(table.finding("RGB_I of the calibration does not rise from 0 to 1", at))
+        findings.append(table.finding("RGB_I of the calibration does not rise from 0 to 1", at, "calibrate again"))
         return None
     return values
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar
 from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from devices.display import AskMonitor, Rig, panel_of_monitor, read_rig
-from devices.readings import INSTRUMENTS
+from devices.readings import INSTRUMENTS, READERS
 from documents import InputError
 from documents.extensions import Registry, installed
 from documents.options import MONITOR, Typed
@@ -343,7 +343,7 @@ def _package(name: str) -> PackageReport:
 
 
 # Of each group of entry points that other packages can add to.
-REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, RECIPES, MEASURES, INSTRUMENTS, commands())
+REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, RECIPES, MEASURES, READERS, INSTRUMENTS, commands())
 
 
 def _extensions() -> dict[str, tuple[str, ...]]:
