@@ -27,6 +27,7 @@ from documents.files.atomic import write_whole
 from documents.files.cached_json import read_cached_json
 from documents.findings import Finding, InputError
 from documents.platform import user_folder
+from documents.text import did_you_mean
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -209,6 +210,21 @@ class Registry(Mapping[str, Kind]):
         """
         offer = None if name in self._own else self._offered(name)
         return None if offer is None or offer.package == OWN else offer
+
+    def wanted(self, name: str, what: str) -> Kind:
+        """Return the kind of a name that a person typed, such as that of a ``listener``, which ``what`` calls it.
+
+        Raises
+        ------
+        InputError
+            If nobody offers it, or who does cannot be used.
+        """
+        kind = self.get(name)
+        if kind is None:
+            names = self.names()
+            remedy = did_you_mean(name, names) if names else f"install a package that adds to {self.group}"
+            raise InputError(Finding(f"there is no {what} '{name}'", remedy=remedy))
+        return kind
 
     @contextmanager
     def blamed(self, name: str) -> Iterator[None]:

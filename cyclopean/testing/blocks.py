@@ -78,14 +78,14 @@ def prove_block(entry: str, folder: str | Path, *, cuts: int = 60, backend: Back
     ...     prove_block("kind: all_pairs, stimuli: [a, b, c]", folder, cuts=2).trials
     5
     """
-    study = _Study(Path(folder), entry, backend)
+    study = Study(Path(folder), entry, backend)
     checked = check(study.experiment)
     if checked.value.errors:
         raise InputError(checked.value.errors)
     whole = study.run("whole")
-    told = _told(whole)
+    told = answers_of(whole)
     must(bool(told) and not whole.pending, "a session comes to its end", "it recorded no trial, or left some")
-    must(_told(study.run("again")) == told, "equal seeds make equal sessions", "two sessions of one seed differ")
+    must(answers_of(study.run("again")) == told, "equal seeds make equal sessions", "two sessions of one seed differ")
     for trial in whole.answers:
         beyond = ", ".join(sorted(study.shown[trial.place] - {*trial.stimuli}))
         must(not beyond, "a record names what was shown", f"that of trial {trial.place} does not name {beyond}")
@@ -95,17 +95,21 @@ def prove_block(entry: str, folder: str | Path, *, cuts: int = 60, backend: Back
         must(resumed == told, "it goes on where it stopped", f"cut after {len(kept)} bytes it went on otherwise")
     again = study.resumed(whole, torn[len(torn) // 2])
     known = len(read_session(study.cut).answers)
-    must(_told(again)[:known] == told[:known] and not again.pending, "no answer is lost", "a resumed session lost one")
-    must(_told(study.replayed(whole)) == told, "a replay records the same", "a replay recorded other answers")
+    must(
+        answers_of(again)[:known] == told[:known] and not again.pending,
+        "no answer is lost",
+        "a resumed session lost one",
+    )
+    must(answers_of(study.replayed(whole)) == told, "a replay records the same", "a replay recorded other answers")
     page = report(study.folder / "whole", output=study.folder / "report.html", with_simulated=True)
     export_bids(study.folder / "whole", folder=study.folder / "bids", with_simulated=True)
     return Proof(len(told), len(torn), page)
 
 
-class _Study:
+class Study:
     """A study of six pictures in a folder, and the sessions that are run of it."""
 
-    def __init__(self, folder: Path, entry: str, backend: Backend) -> None:
+    def __init__(self, folder: Path, entry: str, backend: Backend = "egl") -> None:
         self.folder, self._backend = folder, backend
         self.experiment = folder / "proof.yaml"
         self.shown: defaultdict[tuple[int, int], set[str]] = defaultdict(set)
@@ -125,12 +129,13 @@ class _Study:
 
     @cached_property
     def design(self) -> Experiment:
+        """The experiment, as it is run."""
         return read_experiment(self.experiment)
 
     def run(self, name: str, **options: Any) -> SessionLog:
         """Run a session, into a folder of that name, and read its log."""
         answers: dict[str, Any] = {} if "replay" in options else {"simulate": self._observers}
-        results, listeners = self.folder / name, (self,)
+        results, listeners = self.folder / name, (self, *options.pop("listeners", ()))
         given = SessionOptions(results, backend=self._backend, listeners=listeners, **answers, **options)
         run_session(self.experiment, "01", given)
         return read_session(next(session_files(results)))
@@ -148,15 +153,15 @@ class _Study:
             raise BrokenPromiseError(
                 f"it goes on where it stopped: cut after {len(kept)} bytes it asked more"
             ) from error
-        return _told(session)
+        return answers_of(session)
 
-    def resumed(self, log: SessionLog, kept: bytes) -> SessionLog:
+    def resumed(self, log: SessionLog, kept: bytes, **options: Any) -> SessionLog:
         """Let the session go on by itself, drawn and recorded."""
         self.cut.write_bytes(kept)
-        place = self.folder / "resumed" / log.file.relative_to(self.folder / "whole")
+        place = self.folder.joinpath("resumed", *log.file.relative_to(self.folder).parts[1:])
         place.parent.mkdir(parents=True)
         place.write_bytes(kept)
-        return self.run("resumed", resume=True)
+        return self.run("resumed", resume=True, **options)
 
     def replayed(self, log: SessionLog) -> SessionLog:
         """Repeat the presses of a session."""
@@ -191,7 +196,7 @@ class _Stage:
         pass
 
 
-def _told(log: SessionLog | Session) -> list[tuple[Any, ...]]:
+def answers_of(log: SessionLog | Session) -> list[tuple[Any, ...]]:
     """Return what the trials of a session say that is their kind's own, and how long each answer took."""
     return [(trial.place, trial.kind, trial.response_time_s, {**trial.details(), **_SHOWN}) for trial in log.answers]
 

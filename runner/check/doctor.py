@@ -29,6 +29,7 @@ from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
 from runner.presenter.surfaces.opening import BACKENDS, open_surface
 from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import Buffer
+from runner.session.events import LISTENERS
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 from runner.views.interface import KEYS
@@ -343,7 +344,16 @@ def _package(name: str) -> PackageReport:
 
 
 # Of each group of entry points that other packages can add to.
-REGISTRIES: tuple[Registry[Any], ...] = (BLOCKS, KINDS, RECIPES, MEASURES, READERS, INSTRUMENTS, commands())
+REGISTRIES: tuple[Registry[Any], ...] = (
+    BLOCKS,
+    KINDS,
+    RECIPES,
+    MEASURES,
+    READERS,
+    INSTRUMENTS,
+    LISTENERS,
+    commands(),
+)
 
 
 def _extensions() -> dict[str, tuple[str, ...]]:

@@ -1,3 +1,4 @@
+from .events import LISTENERS as LISTENERS
 from .events import Answered as Answered
 from .events import BlockBegan as BlockBegan
 from .events import Ended as Ended

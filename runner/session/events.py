@@ -5,19 +5,20 @@ the other; in its own thread, but for notes, marks and what becomes of the windo
 the first to hear of a record: when another listener hears `Recorded`, the record is on disk.
 
 Timing marks, the mirror, the status, the costs of clipping and the watch on the gamma table are listeners, and
-`SessionOptions.listeners` adds guests. A guest hears only what has happened, and its faults cost no answer: it may end
-the session by SessionStoppedError, or as the observer does; any other error is noted in the log, and it hears nothing
-more. A listener is quick: the next scene waits for it.
+`SessionOptions` adds guests, by name those of other packages (`docs/extend.md`). A guest hears only what has happened,
+and its faults cost no answer: it may end the session by SessionStoppedError, or as the observer does; any other error
+is noted in the log, and it hears nothing more. A listener is quick: the next scene waits for it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias
 
 from analysis.kinds import Trial
 from analysis.records import Mark, Note, PooledBatch, StimulusCosts, WindowEvent
+from documents.extensions import Registry
 
 Record: TypeAlias = Trial | Note | Mark | WindowEvent | PooledBatch | StimulusCosts
 
@@ -143,3 +144,26 @@ class Listener(Protocol):
 
     def hear(self, event: Event) -> None:
         """Act on ``event``, or pass it over."""
+
+
+# Of other packages: each is made anew for a session that names it.
+LISTENERS: Registry[Callable[[], Listener]] = Registry(
+    "cyclopean.listeners",
+    {},
+    lambda name, kind: None if isinstance(kind, type) and hasattr(kind, "hear") else "is no class with hear",
+)
+
+
+def listeners_named(names: Iterable[str]) -> tuple[Listener, ...]:
+    """Return listeners of other packages, made.
+
+    Raises
+    ------
+    InputError
+        If there is none of a name, or it cannot be made.
+    """
+    made = []
+    for name in names:
+        with LISTENERS.blamed(name):
+            made.append(LISTENERS.wanted(name, "listener")())
+    return tuple(made)

@@ -23,6 +23,7 @@ from documents.platform import state_folder
 from runner.errors import SessionError
 from runner.observers.presses import changes
 from runner.session.clocks import SteadyClock
+from runner.session.events import LISTENERS
 
 if TYPE_CHECKING:  # `software` is all that many want of this module
     import numpy as np
@@ -138,11 +139,13 @@ def make_header(
     remarks: tuple[str, ...] = (),
     started_utc: str | None = None,
     configuration: str = "",
+    listen: Sequence[str] = (),
     **drawn: Any,
 ) -> Header:
     """Return the header of a session that begins now, or at ``started_utc`` by the session's own clock.
 
-    ``configuration`` is the SHA-256 of the files that are kept beside it; ``drawn`` are further fields.
+    ``configuration`` is the SHA-256 of the files that are kept beside it; ``listen`` names listeners of other packages;
+    ``drawn`` are further fields.
     """
     from runner.blocks.registry import BLOCKS
 
@@ -150,6 +153,7 @@ def make_header(
     panel = rig.display.panel
     kinds = {block.kind for block in experiment.spec.blocks}
     offers = {kind: offer for kind in sorted(kinds) if (offer := BLOCKS.offer(kind))}
+    others = [*offers.values(), *filter(None, map(LISTENERS.offer, listen))]
     return new_header(
         experiment.spec.name,
         observer,
@@ -190,7 +194,7 @@ def make_header(
         analysis=experiment.spec.analysis.model_dump(mode="json", exclude_none=True),
         hashes=hashes(experiment, stimuli) | ({"configuration": configuration} if configuration else {}),
         software=software()
-        | {offer.package: version_of(offer) for offer in offers.values()}
+        | {offer.package: version_of(offer) for offer in others}
         | stimuli.manifest.get("extension", {}),
         **({"extensions": {kind: offer.package for kind, offer in offers.items()}} if offers else {}),
         presentation=dict(presentation),

@@ -63,6 +63,8 @@ class SessionOptions:
         Called with what is being done, how much of it is done, and of how much.
     notify
         Called with each line that the experimenter should read before the session.
+    listen
+        Name of another package's listener that hears what happens in the session; repeat for each.
     listeners
         What hears of each event of the session; see `runner.session.events`.
     """
@@ -84,6 +86,7 @@ class SessionOptions:
     marks: bool | None = None
     progress: Progress = lambda what, done, of: None
     notify: Callable[[str], None] = lambda line: None
+    listen: tuple[str, ...] = ()
     listeners: tuple[Listener, ...] = ()
 
     @property
@@ -178,6 +181,9 @@ _ENDINGS: Mapping[Ending, str] = {
 }
 
 
+_REPEATED = {"monitors": "--monitor", "listen": "--listen"}
+
+
 def session_command(experiment: str | Path, observer: str, options: SessionOptions, **changed: bool) -> str:
     """Return what to type to run a session with ``options`` and those ``changed``, such as ``resume=True``."""
     words = ["run", str(experiment), "--observer", observer]
@@ -189,6 +195,6 @@ def session_command(experiment: str | Path, observer: str, options: SessionOptio
         if value != getattr(standard, name) and isinstance(value, bool | str | Path):
             no = "no-" if value is False else ""
             words += [f"--{no}{name.replace('_', '-')}", *([] if isinstance(value, bool) else [str(value)])]
-        elif name == "monitors":
-            words += [word for monitor in value for word in ("--monitor", monitor)]
+        elif name in _REPEATED:
+            words += [word for each in value for word in (_REPEATED[name], each)]
     return command_to_type(*words)

@@ -30,6 +30,7 @@ from runner.presenter.errors import GraphicsError
 from runner.presenter.surfaces.x11 import LOST
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.session.earlier import changed_since_earlier
+from runner.session.events import listeners_named
 from runner.session.folders import (
     LOCK,
     answered,
@@ -114,6 +115,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     options = options or SessionOptions()
     _refuse_contradictions(options)
     check_observer(observer)
+    options = replace(options, listeners=(*options.listeners, *listeners_named(options.listen)))
     design = read_experiment(
         experiment,
         options.mode,
@@ -323,6 +325,7 @@ def simulate(
     asked = made(SessionOptions, {**options, "simulate": observer_file, "windowed": True, "wrong_screen": True})
     if asked.resume or asked.new or asked.replay:
         raise SessionError("simulated observers begin sessions of their own: leave out resume, new and replay")
+    asked = replace(asked, listeners=(*asked.listeners, *listeners_named(asked.listen)))
     results = asked.folder
     design = read_experiment(experiment, asked.mode, allow_uncharacterised=asked.allow_uncharacterised)
     design.refuse_name_clashes()

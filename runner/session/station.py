@@ -460,6 +460,7 @@ class Station:
             remarks=self.remarks + remarks,
             started_utc=started_utc,
             configuration=self.configuration.digest,
+            listen=self.options.listen,
             **drawn,
         )
 

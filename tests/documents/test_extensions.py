@@ -139,7 +139,7 @@ def test_a_wrong_extension_of_any_group_costs_nobody_else_anything(
     registry: Registry[Any], install: Install, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(registry, "_loaded", {})
-    first, *_ = own = registry.own()
+    own = registry.own()
     wrong = {
         "raising": "raise OSError('no such table')",
         "elsewhere": "CYCLOPEAN_INTERFACE = 99\nJug = 1",
@@ -150,12 +150,13 @@ def test_a_wrong_extension_of_any_group_costs_nobody_else_anything(
         with pytest.raises(ExtensionError) as refused:
             registry.get(package)
         assert f"{package} 1.0" in refused.value.findings[0].message
-    install("shadow", "CYCLOPEAN_INTERFACE = 1\nJug = 1", group=registry.group, **{first: "Jug"})
+    for first in own[:1]:
+        install("shadow", "CYCLOPEAN_INTERFACE = 1\nJug = 1", group=registry.group, **{first: "Jug"})
     problems = {problem.offer.package for problem in registry.problems()}
-    assert problems >= {*wrong, "shadow"}
+    assert problems >= {*wrong, *(["shadow"] if own else [])}
     assert registry.names()[: len(own)] == own
     assert not {*wrong} & {*registry.names()}
-    assert registry[first] is not None
+    assert all(registry[name] is not None for name in own[:1])
 
 
 def test_a_kind_of_our_own_extensions_is_ours_wherever_it_is_offered(install: Install, tmp_path: Path) -> None:

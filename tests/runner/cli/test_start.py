@@ -20,9 +20,9 @@ HEAVY = {
     *("PIL", "colour", "cv2", "dask", "distributed", "glfw", "jinja2", "matplotlib", "moderngl", "numpy", "pandas"),
     *("pydantic", "rawpy", "rich", "scipy", "scipy.optimize", "scipy.stats", "skimage", "spectral", "yaml"),
     # Of our own: the models of all kinds of blocks, of recipes and of records, and the page of the report.
-    *("runner.protocol.experiment", "stimuli.recipes.recipe", "analysis.records.order", "analysis.report.page"),
+    *("runner.protocol.experiment", "stimuli.recipes.files_recipe", "analysis.records.order", "analysis.report.page"),
 }
-STUDY = {"runner.protocol.experiment", "stimuli.recipes.recipe"}
+STUDY = {"runner.protocol.experiment", "stimuli.recipes.files_recipe"}
 RECORDED = Path(__file__).parents[1] / "recorded"
 # One process loads the program and divides for each chain. Each step of a chain may import what those before it may, or
 # more, so that it does not matter which of them imports it.
