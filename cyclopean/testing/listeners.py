@@ -9,6 +9,7 @@ from pathlib import Path
 
 from cyclopean.testing.blocks import Study, answers_of
 from cyclopean.testing.promises import kept
+from documents.files import read_regular
 from runner.session import Event, Listener
 
 QUICK_S = 0.004
@@ -76,7 +77,7 @@ class _Tried:
         return None if took <= QUICK_S else f"{1000 * took:.1f} ms for an event"
 
     def resumed(self) -> str | None:
-        whole = self._log.file.read_bytes()
+        whole = read_regular(self._log.file, 100_000_000)
         heard = _Heard(self._listener())
         log = self._study.resumed(self._log, whole[: len(whole) // 2], listeners=(heard,))
         return heard.raised or ("some trials were not asked" if log.pending else None)

@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike
 from cyclopean.testing.promises import kept
 from devices.readings import READERS, Measurements, read_measurements
 from documents import InputError
+from documents.files import read_regular
 
 _CUTS, _CHANGES = 120, 200
+_MOST_BYTES = 100_000_000
 _NUMBER = re.compile(rb"(?<![\w.#])\d+\.\d+(?![\w.])")
 
 
@@ -86,7 +88,7 @@ class _Tried:
 
     def __init__(self, file: Path, codes: np.ndarray, XYZ: np.ndarray) -> None:
         self.file, self._codes, self._XYZ = file, codes, XYZ
-        self._content = file.read_bytes()
+        self._content = read_regular(file, _MOST_BYTES)
         self._harmed = file.with_name(f"harmed{file.suffix}")
 
     def _read(self, content: bytes) -> Measurements | InputError:
@@ -107,7 +109,7 @@ class _Tried:
 
     def unchanged(self) -> str | None:
         read_measurements(self.file)
-        return None if self.file.read_bytes() == self._content else f"{self.file.name} was written to"
+        return None if read_regular(self.file, _MOST_BYTES) == self._content else f"{self.file.name} was written to"
 
     def cut(self) -> str | None:
         step = max(1, len(self._content) // _CUTS)
