@@ -76,7 +76,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("tests/runner/session", "tests/runner/test_session_machine.py", "tests/runner/test_two_writers.py"),
     ),
     "blocks": (
-        ("runner/blocks/*.py", "runner/views/*.py", "runner/blocks/screening/*.py"),
+        ("runner/blocks/*.py", "runner/views/*.py"),
         ("tests/runner/blocks", "tests/runner/test_incomplete_pairs.py"),
     ),
     "display": (

@@ -28,7 +28,6 @@ KINDS: Registry[type[Trial]] = Registry(
         "rating": "analysis.kinds.rating:RatingRecord",
         "preference": "analysis.kinds.preference:PreferenceRecord",
         "questionnaire": "analysis.kinds.questionnaire:QuestionRecord",
-        "screening": "analysis.kinds.screening:ScreeningRecord",
     },
     lambda name, kind: None if isinstance(kind, type) and issubclass(kind, Trial) else "is no Trial",
 )

@@ -164,6 +164,8 @@ class Trial(Fields):
     """Whether it is a page of words."""
     is_outcome: ClassVar[bool] = False
     """Whether it states what came of a test, and is no answer."""
+    ends_session: ClassVar[bool] = False
+    """Whether the session ended with it, since the observer failed a test."""
 
     record: Literal["trial"]
     block: Count
@@ -260,6 +262,29 @@ class Trial(Fields):
             return self.events[-1][0] if self.events else None
         keys = {key for key, seconds in self.events if is_near(self.response_time_s, (seconds,))}
         return keys.pop() if len(keys) == 1 else None
+
+
+class OutcomeRecord(Trial):
+    """What came of a test of the observer: reports name those who failed, and can leave them out."""
+
+    is_outcome = True
+
+    test: Name
+
+    @property
+    def passed(self) -> bool:
+        """Whether the test was passed."""
+        raise NotImplementedError
+
+    @property
+    def reached(self) -> str:
+        """What was reached, such as "passed 200 arcsec, pass mark 140 arcsec"."""
+        raise NotImplementedError
+
+    @property
+    def words(self) -> str:
+        """The test and what was reached in it, such as "stereo acuity: passed 200 arcsec, pass mark 140 arcsec"."""
+        return f"{self.test.replace('_', ' ')}: {self.reached}"
 
 
 @cache

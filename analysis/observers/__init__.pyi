@@ -1,12 +1,9 @@
 from .fast_answers import FastAnswers as FastAnswers
 from .filters import Filter as Filter
+from .filters import check_tests as check_tests
+from .filters import failed_tests as failed_tests
 from .filters import keep as keep
-from .screening import check_tests as check_tests
-from .screening import failed_tests as failed_tests
-from .screening import outcomes as outcomes
-from .screening import screened as screened
-from .screening import screened_out as screened_out
-from .screening import threshold_estimate as threshold_estimate
+from .filters import passed_screening as passed_screening
 from .table import ObserverTable as ObserverTable
 from .table import observers_in_comparisons as observers_in_comparisons
 from .table import observers_in_sessions as observers_in_sessions

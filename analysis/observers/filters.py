@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 from analysis.choices import Filter as Filter
 from analysis.errors import ResultsError
+from analysis.kinds.trial import OutcomeRecord
 from analysis.observers.responses import catch_answers
-from analysis.observers.screening import failed_tests, passed_screening
 from analysis.records.answered_by import pool
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
+from analysis.records.times import in_time
 from documents import Finding
 from documents.text import JsonResult
 
@@ -122,3 +123,81 @@ def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[s
         elif verdict is None and rule.unscreened == "leave_out":
             reasons.append("was not screened")
     return tuple(reasons)
+
+
+def passed(log: SessionLog, tests: Sequence[str] = ()) -> bool | None:
+    """Return whether the session's observer passed all of ``tests``, or of the tests taken if none are named.
+
+    None if a named test was not taken, or no test was. If a test was taken twice, the last outcome counts.
+    """
+    last = {outcome.test: outcome.passed for outcome in log.of(OutcomeRecord)}
+    wanted = tests or tuple(last)
+    if not wanted or any(test not in last for test in wanted):
+        # A failed test decides, even if others were not taken.
+        return False if any(last.get(test) is False for test in wanted) else None
+    return all(last[test] for test in wanted)
+
+
+def check_tests(sessions: Iterable[SessionLog], tests: Sequence[str]) -> None:
+    """Check that each of ``tests`` was taken in some session.
+
+    Parameters
+    ----------
+    sessions
+        Sessions in which to look for the tests.
+    tests
+        Names of vision tests; none asks for nothing.
+
+    Raises
+    ------
+    ResultsError
+        If nobody took one of them.
+
+    Examples
+    --------
+    >>> check_tests([], [])
+    >>> check_tests([], ["stereo_acuity"])
+    Traceback (most recent call last):
+    ...
+    analysis.errors.ResultsError: nobody took the test of vision 'stereo_acuity' (no session has a test of vision)
+    """
+    known = list(dict.fromkeys(outcome.test for session in sessions for outcome in session.of(OutcomeRecord)))
+    for test in tests:
+        if test not in known:
+            remedy = f"tests taken: {', '.join(known)}" if known else "no session has a test of vision"
+            raise ResultsError(Finding(f"nobody took the test of vision '{test}'", remedy=remedy))
+
+
+def passed_screening(sessions: Sequence[SessionLog], tests: Sequence[str] = ()) -> bool | None:
+    """Return whether one observer passed ``tests``, by their last session that has them; None if none has."""
+    verdicts = [verdict for session in in_time(sessions) if (verdict := passed(session, tests)) is not None]
+    return verdicts[-1] if verdicts else None
+
+
+def failed_tests(sessions: Sequence[SessionLog]) -> dict[str, tuple[OutcomeRecord, ...]]:
+    """Return the tests that each observer failed, by observer, without those who failed none.
+
+    Of each observer the last session with a test counts, and of a test taken twice in it the last outcome.
+
+    Parameters
+    ----------
+    sessions
+        Sessions of any observers.
+
+    Returns
+    -------
+    dict[str, tuple[OutcomeRecord, ...]]
+        The outcomes of the failed tests.
+
+    Examples
+    --------
+    >>> failed_tests([])
+    {}
+    """
+    failed = {}
+    for observer, own in sessions_by_observer(sessions).items():
+        tested = [taken for log in in_time(own) if (taken := log.of(OutcomeRecord))]
+        last = {outcome.test: outcome for outcome in tested[-1]} if tested else {}
+        if wrong := tuple(outcome for outcome in last.values() if not outcome.passed):
+            failed[observer] = wrong
+    return failed

@@ -28,10 +28,11 @@ from analysis.classes import multiplicity
 from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.covariance.laplacian import contrast_variances, pseudo_inverse
-from analysis.kinds.screening import OutcomeRecord
+from analysis.kinds.trial import OutcomeRecord
 from analysis.observers.concordance import SHUFFLES, Concordance, kendall_u
 from analysis.observers.consistency import Consistency, consistencies
 from analysis.observers.fast_answers import TOO_FAST_S
+from analysis.observers.filters import passed_screening
 from analysis.observers.responses import (
     CatchAnswers,
     ResponseTimes,
@@ -42,7 +43,6 @@ from analysis.observers.responses import (
     self_agreements,
     side_biases,
 )
-from analysis.observers.screening import outcomes, passed_screening
 from analysis.observers.tails import lower_tail
 from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
@@ -321,7 +321,7 @@ def observers_in_sessions(
                 complete=sum(session.complete for session in own),
                 times=response_times(own, theta, too_fast_s),
                 catch=catch_answers(own),
-                screening=tuple(outcome for session in own for outcome in outcomes(session)),
+                screening=tuple(outcome for session in own for outcome in session.of(OutcomeRecord)),
                 screening_passed=passed_screening(own),
             )
         )

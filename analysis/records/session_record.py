@@ -105,6 +105,11 @@ class SessionLog:
         return tuple(trial for trial in self._trials if isinstance(trial, kinds) and not trial.is_practice)
 
     @property
+    def screened_out(self) -> bool:
+        """Whether it ended at a test that the observer failed."""
+        return any(trial.ends_session for trial in self._trials)
+
+    @property
     def first_attempts(self) -> tuple[Trial, ...]:
         """The first attempt at each trial, from which a session is replayed."""
         return tuple(answer for answer in self.answers if answer.attempt == 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from analysis.observers.screening import failed_tests, screened_out
+from analysis.observers.filters import failed_tests
 from analysis.observers.table import ObserverTable
 from analysis.records.session_record import SessionLog
 from analysis.report.grouped import GroupedSummary
@@ -71,7 +71,7 @@ def _side(compared: Answered) -> Iterator[FailedCheck]:
 
 
 def _vision(sessions: Sequence[SessionLog]) -> Iterator[FailedCheck]:
-    ended = {session.header.observer for session in sessions if screened_out(session)}
+    ended = {session.header.observer for session in sessions if session.screened_out}
     failed: dict[str, list[str]] = {}
     for observer, wrong in failed_tests(sessions).items():
         for outcome in wrong:

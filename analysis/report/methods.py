@@ -21,7 +21,7 @@ from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes, duration
 from analysis.report.checklist import METHODS_ITEMS, Answer, Methods, answer
 from analysis.report.notes import nominal_words, recorded
-from analysis.report.observers import left_out_words, screening_words
+from analysis.report.observers import left_out_words
 from analysis.report.references import Citations
 from analysis.report.seen import NO_EYE, methods_words, white_place
 from analysis.report.shown import timing_facts
@@ -150,7 +150,7 @@ def _were(number: int) -> str:
 
 
 def _vision(report: Report, cited: Citations) -> str:
-    return screening_words(report.sessions)
+    return " ".join(part.vision for part in report.parts if part.vision)
 
 
 def _asked(sessions: Sequence[SessionLog], name: str) -> str:

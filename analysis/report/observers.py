@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 from analysis.kinds.questionnaire import QuestionRecord
 from analysis.observers.filters import KeptSessions
-from analysis.observers.screening import failed_tests, outcomes
 from analysis.observers.table import ObserverLine, ObserverTable
 from analysis.records.session_record import SessionLog
-from analysis.report.words import counted, listed
+from analysis.report.words import counted
 from documents.pages import Block, Cell, Column, Paragraph, Section, Table
 
 _COLUMNS = (
@@ -80,54 +79,6 @@ def _row(line: ObserverLine) -> tuple[Cell, ...]:
         f"{catch.missed} of {catch.obvious}" if catch and catch.obvious else None,
         vision,
     )
-
-
-def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
-    """Return the outcome of every vision test; None if there is none."""
-    taken = [(session.header.observer, each) for session in sessions for each in outcomes(session)]
-    if not taken:
-        return None
-    columns = (
-        Column("Observer", "observer"),
-        Column("Test", "test"),
-        Column("Outcome", "outcome"),
-        Column("Finest passed", "threshold", "number", 2),
-        Column("Estimate", "estimate", "number", 2),
-        Column("Pass mark", "pass_mark", "number", 2),
-        Column("Unit", "unit"),
-    )
-    rows = tuple(
-        (
-            observer,
-            tested.test.replace("_", " "),
-            "passed" if tested.passed else "failed",
-            tested.outcome.threshold,
-            tested.outcome.estimate,
-            tested.outcome.pass_mark,
-            tested.outcome.unit,
-        )
-        for observer, tested in taken
-    )
-    words = screening_words(sessions)
-    table = Table("vision", counted(len(taken), "vision test"), columns, rows, folded=len(rows) > 20)
-    return Section("vision", "Vision tests", (Paragraph(words), table))
-
-
-def screening_words(sessions: Sequence[SessionLog]) -> str:
-    """Say whose vision was tested and who failed, of those whose answers are included; empty without a test."""
-    taken = [(session.header.observer, each.test) for session in sessions for each in outcomes(session)]
-    if not taken:
-        return ""
-    tested = len({observer for observer, _ in taken})
-    tests = listed(dict.fromkeys(test.replace("_", " ") for _, test in taken))
-    words = f"The vision of {counted(tested, 'observer')} was tested before the trials ({tests})"
-    failed = failed_tests(sessions)
-    if not failed:
-        return f"{words}; all passed."
-    names = listed(
-        f"{name} ({', '.join(outcome.test.replace('_', ' ') for outcome in wrong)})" for name, wrong in failed.items()
-    )
-    return f"{words}; {len(failed)} failed, and their answers are included: {names}."
 
 
 def people_section(sessions: Sequence[SessionLog]) -> Section | None:

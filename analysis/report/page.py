@@ -14,7 +14,7 @@ from analysis.report.described import describe
 from analysis.report.factors import factors_section
 from analysis.report.groups import group_sections
 from analysis.report.methods import methods_section
-from analysis.report.observers import observers_section, people_section, vision_section
+from analysis.report.observers import observers_section, people_section
 from analysis.report.report import Report
 from analysis.report.reviewers import reviewers_section, warning_of
 from analysis.report.scores import belief_section, classes_section, counts_section, scores_section
@@ -160,8 +160,9 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         sections += part.sections(pictures)
     if report.observers is not None:
         sections.append(observers_section(report.observers, report.kept))
+    for part in report.parts:
+        sections += part.observers()
     sections += [
-        vision_section(report.sessions),
         gallery_section(
             {**in_groups, "Others": rest} if in_groups else {"": names}, thumbnails, caption(report.sessions)
         ),

@@ -19,10 +19,12 @@ from documents.pages import Section
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A ``result``, under ``key`` in JSON, and what is said of it.
+    """A ``result``, and what is said of it.
 
     Attributes
     ----------
+    key
+        Under which the result stands in JSON; without one there is none.
     sentences, notes
         What stands in the page's head: the numbers of observers and answers, and what a reader needs before them.
     sections
@@ -32,14 +34,16 @@ class Part:
     task, analysis, draws, p_values, families, effects
         What Methods say of it: what observers did besides, how it was computed (with the works that are cited), the
         random draws, the p values that count, families of tests, and effect sizes.
+    observers, vision
+        Returns the sections that follow the table of observers; what Methods say of the observers' vision.
     """
 
-    key: str
-    result: Any
-    sentences: Sequence[str]
-    sections: Callable[[Mapping[str, str]], Sequence[Section]]
-    analysis: Callable[[Citations], str]
-    effects: str
+    key: str = ""
+    result: Any = None
+    sentences: Sequence[str] = ()
+    sections: Callable[[Mapping[str, str]], Sequence[Section]] = lambda pictures: ()
+    analysis: Callable[[Citations], str] = lambda cited: ""
+    effects: str = ""
     notes: Sequence[str] = ()
     failed: Sequence[FailedCheck] = ()
     conclusions: Callable[[], Iterable[Conclusion]] = tuple
@@ -47,6 +51,8 @@ class Part:
     draws: Sequence[str] = ()
     p_values: Sequence[str] = ()
     families: Sequence[str] = ()
+    observers: Callable[[], Iterable[Section]] = tuple
+    vision: str = ""
 
 
 def draws_of_means() -> str:

@@ -115,7 +115,7 @@ class Report(JsonResult):
     @property
     def by_part(self) -> dict[str, Any]:
         """The result of each part; those of series and of ratings are always there."""
-        return {"series": None, "ratings": None} | {part.key: part.result for part in self.parts}
+        return {"series": None, "ratings": None} | {part.key: part.result for part in self.parts if part.key}
 
     @property
     def number(self) -> int:

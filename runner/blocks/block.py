@@ -125,6 +125,8 @@ class BlockKind(FileModel):
     """Whether it has trials of its own, which can be practised."""
     by_scores: ClassVar[bool] = True
     """Whether simulated observers answer by scores of the stimuli: not where every question has a right answer."""
+    tests_observers: ClassVar[bool] = False
+    """Whether it tests the observer, who is told after the session what came of it."""
 
     kind: str
     """Which kind of entry this is; it decides which other keys there are."""
@@ -161,6 +163,11 @@ class BlockKind(FileModel):
         """Yield why it cannot be practised."""
         if not self.has_trials:
             yield Fault(f"'{self.kind}' has no trials to practise", ("kind",), "name a scored kind")
+
+    @classmethod
+    def in_words(cls, facts: Mapping[str, Any]) -> Sequence[str]:
+        """Return what a check says of its `Block.facts`; without words of its own, they are listed."""
+        return ()
 
     def named(self, stimuli: Stimuli) -> Iterator[Named]:
         """Yield the names by which results put its answers together with those of other blocks of its kind."""

@@ -22,7 +22,6 @@ BLOCKS: Registry[type[BlockKind]] = Registry(
         "best_of_series": "runner.blocks.best_of_series:BestOfSeries",
         "rating": "runner.blocks.rating:Rating",
         "preference": "runner.blocks.preference:Preference",
-        "screening": "runner.blocks.screening.block:Screening",
         "questionnaire": "runner.blocks.questionnaire:Questionnaire",
         "practice": "runner.blocks.practice:Practice",
     },

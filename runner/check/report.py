@@ -180,6 +180,8 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], words: Sequen
 
 
 def _blocks(blocks: Sequence[Mapping[str, Any]]) -> Table:
+    from runner.blocks import BLOCKS
+
     rows = []
     for number, block in enumerate(blocks, start=1):
         keys: dict[str, list[str]] = {}
@@ -187,29 +189,11 @@ def _blocks(blocks: Sequence[Mapping[str, Any]]) -> Table:
             keys.setdefault(meaning, []).append(key)
         pressed = "; ".join(f"{' or '.join(one)} = {meaning.replace('_', ' ')}" for meaning, one in keys.items())
         more = {name: one for name, one in block.items() if name not in ("kind", "trials", "minutes", "keys")}
-        details = (
-            [_screening_words(test, facts) for test, facts in more.items()]
-            if block["kind"] == "screening"
-            else [f"{name.replace('_', ' ')}: {_words('', one)}" for name, one in more.items()]
-        )
+        listed = [f"{name.replace('_', ' ')}: {_words('', one)}" for name, one in more.items()]
+        details = BLOCKS[block["kind"]].in_words(more) or listed
         trials = str(block["trials"]) if block["trials"] else "-"
         rows.append((f"{number}  {block['kind']}", trials, f"{block['minutes']:.1f}", pressed, "; ".join(details)))
     return _table(("block", "trials", "minutes", "keys", "which has"), rows, (0, 3, 4))
-
-
-_UNITS = {"arcsec": " arcsec", "logmar": " logMAR", "delta_uv": " of u'v'"}
-
-
-def _screening_words(test: str, facts: Mapping[str, Any]) -> str:
-    """Return a vision test in a sentence: what passes it, the levels from coarse to fine, and those left out."""
-    unit = facts["unit"]
-    levels, left_out = facts.get(f"levels_{unit}", []), facts.get(f"not_shown_{unit}", [])
-    words = f"{test.replace('_', ' ')}: passed at {facts['pass_mark']:g}{_UNITS.get(unit, f' {unit}')} or finer"
-    if levels:
-        words += f", shown from {max(levels):g} to {min(levels):g}"
-    if left_out:
-        words += f"; this screen cannot show {', '.join(f'{level:g}' for level in left_out)}"
-    return words
 
 
 def _clipping(facts: Mapping[str, Any]) -> Table:

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.observers import FastAnswers, failed_tests, screened_out
+from analysis.observers import FastAnswers, failed_tests
 from analysis.records import FILE_NAME, SessionLog, read_session
 from analysis.seals import check_log
 from documents import Finding
@@ -253,13 +253,13 @@ def _result(station: Station, ending: Ending, folder: Path | None, file: Path | 
     if file is None:
         return SessionResult(ending, status.answered, status.trials, folder)
     work = {"pictures_rendered": station.stimuli.rendered, **station.work}
-    if not any(block.kind == "screening" for block in spec.blocks):
+    if not any(block.tests_observers for block in spec.blocks):
         return SessionResult(ending, status.answered, status.trials, folder, work=work)
     log = read_session(file)
     failed = failed_tests([log]).get(observer, ())
     haste = FastAnswers.of(log.trials)
     doubt = haste.words if haste.striking and not log.header.simulated else ""
-    return SessionResult(ending, status.answered, status.trials, folder, failed, screened_out(log), doubt, work)
+    return SessionResult(ending, status.answered, status.trials, folder, failed, log.screened_out, doubt, work)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.kinds import KINDS, RecordError, Trial, read_trial
+from analysis.kinds import KINDS, RecordError, Trial
+from analysis.kinds.kinds import read_trial
 from analysis.records import SessionLog, WindowEvent
 from analysis.report import describe
 from analysis.report.not_reported import COMMON, unreported

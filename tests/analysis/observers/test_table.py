@@ -13,11 +13,17 @@ import pytest
 
 from analysis.comparisons import Answer, Comparisons, from_answers, from_sessions, split_groups, without_groups
 from analysis.errors import ResultsError
-from analysis.observers import Filter, ObserverTable, keep, observers_in_comparisons, observers_in_sessions
+from analysis.observers import (
+    Filter,
+    ObserverTable,
+    keep,
+    observers_in_comparisons,
+    observers_in_sessions,
+    passed_screening,
+)
 from analysis.observers.concordance import kendall_u
 from analysis.observers.consistency import circular_triads, consistencies, verdicts
 from analysis.observers.responses import CatchAnswers, IdenticalPairs, catch_answers, catch_results, self_agreements
-from analysis.observers.screening import passed_screening
 from analysis.observers.table import ObserverLine, fits_to_rest
 from analysis.records import SessionLog
 from analysis.report.summary import summarise

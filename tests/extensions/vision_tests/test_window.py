@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.observers.screening import passed
+from analysis.observers import passed_screening
 from runner.blocks import Block
 from runner.observers import walk
 from runner.ports import Ask, Choose
@@ -56,7 +56,7 @@ def test_a_person_who_sees_passes(person: Person, screening: Block) -> None:
     person.leave()
     log = person.log()
     assert log.complete
-    assert passed(log) is True
+    assert passed_screening([log]) is True
     assert sum(not trial.is_outcome for trial in log.trials) == screening.trials
     shown = [trial for trial in log.trials if "correct" in trial.details()]
     assert all(trial.details()["correct"] and 0.0 < trial.response_time_s < 60.0 for trial in shown)

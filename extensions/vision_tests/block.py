@@ -6,30 +6,23 @@ import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from documents import Finding
-from runner.blocks.block import Block, BlockKind, Draft, Ended, Fault, Steps
-from runner.blocks.context import BlockContext
-from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec
-from runner.blocks.screening.colour_vision import ColourVisionSpec
-from runner.blocks.screening.vision_test import Presentation, Screen, Series, TrialAnswers, VisionTest
+from extensions.vision_tests.acuity import NearAcuitySpec, StereoAcuitySpec
+from extensions.vision_tests.colour_vision import ColourVisionSpec
+from extensions.vision_tests.record import KEYS, SIDES
+from extensions.vision_tests.vision_test import Presentation, Screen, Series, TrialAnswers, VisionTest
+from runner.blocks import Block, BlockContext, BlockKind, Draft, Ended, Fault, Steps
 from runner.errors import SessionError
 from runner.ports import Ask, Choose, Response, answer
-from runner.presenter.modes.mode import EyeArea, Mode
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.registry import find_mode
+from runner.presenter import EyeArea, ModeOptions, find_mode
 from runner.scene import Item, Picture, Scene
-from runner.views.field_types import Words
-from runner.views.pages import page
-from runner.views.style import Style
-from stimuli.vision_tests import SIDES
+from runner.views import Style, Words, page
 
 KIND = "screening"
-KEYS: Mapping[str, str] = MappingProxyType({f"{where}{side}": side for where in ("", "pad_") for side in SIDES})
 STOP_WORDS = "Thank you. That is all for today.\n\nPlease call the experimenter."
 _SECONDS_PER_PRESENTATION = 3.5
 _SECONDS_PER_PAGE = 10.0
@@ -49,6 +42,7 @@ class Screening(BlockKind):
 
     begins_with_words = True
     by_scores = False
+    tests_observers = True
 
     kind: Literal["screening"]
     tests: Annotated[list[AnyTestSpec], Field(min_length=1)]
@@ -85,6 +79,11 @@ class Screening(BlockKind):
         """Yield that a practice cannot end the session."""
         if self.on_fail == "stop":
             yield Fault("a practice cannot end the session", ("on_fail",), "on_fail: continue")
+
+    @classmethod
+    def in_words(cls, facts: Mapping[str, Any]) -> Sequence[str]:
+        """Return a sentence for each test."""
+        return [_in_words(test, own) for test, own in facts.items()]
 
     def of_tests(self, tests: Sequence[VisionTest], style: Style) -> Block:
         """Return the block of tests that are made.
@@ -130,10 +129,11 @@ def _run(
 ) -> Generator[Ask | Draft, Response | None, TrialAnswers]:
     """Go down ``series`` until a level is not passed; ``after`` is what is shown next in either case."""
     answers = TrialAnswers(series)
+    all_shown = [*series.levels.values()]
     for number, level in enumerate(series.levels):
-        finer = series.levels[number + 1].presentations[0] if number + 1 < len(series.levels) else after
-        for place, presentation in enumerate(level.presentations):
-            rest = level.presentations[place + 1 :]
+        finer = all_shown[number + 1][0] if number + 1 < len(all_shown) else after
+        for place, presentation in enumerate(all_shown[number]):
+            rest = all_shown[number][place + 1 :]
             if_right = rest[0] if rest else finer
             if_wrong = if_right if answers.can_pass(level, if_wrong=True) else after
             ask = Ask(
@@ -149,7 +149,7 @@ def _run(
             data = {
                 "test": test.name,
                 "series": series.name,
-                "level": level.value,
+                "level": level,
                 "unit": test.unit,
                 "presentation": place,
                 **presentation.details,
@@ -183,7 +183,7 @@ def _upcoming(style: Style, test: VisionTest, *candidates: Presentation | None) 
 
 
 def _presentations(series: tuple[Series, ...]) -> Iterator[Presentation]:
-    return (shown for each in series for level in each.levels for shown in level.presentations)
+    return (shown for each in series for level in each.levels.values() for shown in level)
 
 
 def _outcome(test: VisionTest, all_answers: list[TrialAnswers]) -> dict[str, Any]:
@@ -233,6 +233,21 @@ def _in_unit(strength: float | None, test: VisionTest) -> float | None:
     return round(strength, 6)
 
 
+_UNITS = {"arcsec": " arcsec", "logmar": " logMAR", "delta_uv": " of u'v'"}
+
+
+def _in_words(test: str, facts: Mapping[str, Any]) -> str:
+    """Return a vision test in a sentence: what passes it, the levels from coarse to fine, and those left out."""
+    unit = facts["unit"]
+    levels, left_out = facts.get(f"levels_{unit}", []), facts.get(f"not_shown_{unit}", [])
+    words = f"{test.replace('_', ' ')}: passed at {facts['pass_mark']:g}{_UNITS.get(unit, f' {unit}')} or finer"
+    if levels:
+        words += f", shown from {max(levels):g} to {min(levels):g}"
+    if left_out:
+        words += f"; this screen cannot show {', '.join(f'{level:g}' for level in left_out)}"
+    return words
+
+
 def _screen(tests: list[AnyTestSpec], setting: BlockContext) -> Screen:
     """Return the rig's screen, if its stereo mode can show the tests at all."""
     rig = setting.rig
@@ -241,9 +256,9 @@ def _screen(tests: list[AnyTestSpec], setting: BlockContext) -> Screen:
     names = {test.test for test in tests}
     mixed = mode.mixture(rig.models) is not None
     if "stereo_acuity" in names and len(area.eyes) > 1 and not mixed:
-        raise _impossible("stereo_acuity", mode, "it shows both eyes the same pixels", "choose a stereo mode")
+        raise _impossible("stereo_acuity", mode.name, "it shows both eyes the same pixels", "choose a stereo mode")
     if "colour_vision" in names and mixed:
-        raise _impossible("colour_vision", mode, "its filters change colours", "use printed plates")
+        raise _impossible("colour_vision", mode.name, "its filters change colours", "use printed plates")
     return Screen(
         setting.style.view_px,
         rig.display.panel.pixel_pitch_mm,
@@ -262,8 +277,6 @@ def _grain_px(area: EyeArea) -> tuple[int, int]:
     return across * (2 if area.weave.column_step else 1), down * (2 if area.weave.row_step else 1)
 
 
-def _impossible(test: str, mode: Mode, why: str, remedy: str) -> SessionError:
-    finding = Finding(
-        f"screening: the mode '{mode.name}' cannot show {test}: {why}", remedy=f"leave it out, or {remedy}"
-    )
+def _impossible(test: str, mode: str, why: str, remedy: str) -> SessionError:
+    finding = Finding(f"screening: the mode '{mode}' cannot show {test}: {why}", remedy=f"leave it out, or {remedy}")
     return SessionError(finding)

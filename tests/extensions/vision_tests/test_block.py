@@ -14,30 +14,26 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.kinds import Trial
-from analysis.observers import outcomes, screened, threshold_estimate
-from analysis.observers.screening import passed
+from analysis.observers import passed_screening
 from analysis.records import SessionLog, new_header
-from devices.display import DisplayModel, EyeModels, ToneCurve
+from devices.display import EyeModels
+from extensions.vision_tests import Screen, VisionOutcomeRecord, screened, threshold_estimate
+from extensions.vision_tests.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
+from extensions.vision_tests.colour_vision import ColourVisionSpec
 from runner.blocks import Block
-from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
-from runner.blocks.screening.colour_vision import ColourVisionSpec
-from runner.blocks.screening.vision_test import Screen
 from runner.errors import SessionError
 from runner.observers import plain_key, walk
 from runner.ports import Ask, Choose, GoOn
 from runner.scene import Box, Text
 from runner.session import Resumed, Session
 from runner.views import Style
+from tests.extensions.vision_tests.conftest import model
 from tests.runner.blocks.conftest import Presser
 from tests.runner.every_kind import Stage, entry
 
 Play = Callable[..., Any]  # conftest.py
-CURVE = ToneCurve(gamma=2.2)
-MODEL = DisplayModel(
-    np.array([0.02, 0.02, 0.03]),
-    np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]]),
-    (CURVE, CURVE, CURVE),
-)
+MODEL = model()
+TESTS = ["stereo_acuity", "colour_vision", "near_acuity"]
 SCREEN = Screen((960, 1080), 0.2768, 700.0, 65.0, (1, 1), EyeModels(MODEL, MODEL))
 
 
@@ -187,11 +183,7 @@ def test_who_does_not_see_the_controls_did_not_take_the_test(play: Play) -> None
 
 
 def test_failing_continues_or_stops_the_session(play: Play) -> None:
-    assert [t.details()["test"] for t in play(block(), wrong).trials if "outcome" in t.details()] == [
-        "stereo_acuity",
-        "colour_vision",
-        "near_acuity",
-    ]
+    assert [t.details()["test"] for t in play(block(), wrong).trials if "outcome" in t.details()] == TESTS
     played = play(block(on_fail="stop"), wrong)
     assert [t.details()["test"] for t in played.trials if "outcome" in t.details()] == ["stereo_acuity"]
     assert played.trials[-1].details() == {"test": "stereo_acuity", "screened_out": True}
@@ -325,20 +317,16 @@ def _log(trials: list[Trial], observer: str = "01") -> SessionLog:
 def test_outcomes_are_read_back_and_choose_sessions(play: Play) -> None:
     good, bad = _log(play(block()).trials), _log(play(block(on_fail="stop"), wrong).trials, "02")
     untested = _log([], "03")
-    assert [(one.test, one.passed) for one in outcomes(good)] == [
-        ("stereo_acuity", True),
-        ("colour_vision", True),
-        ("near_acuity", True),
-    ]
-    (failed,) = outcomes(bad)
+    assert [one.test for one in good.of(VisionOutcomeRecord) if one.passed] == TESTS
+    (failed,) = bad.of(VisionOutcomeRecord)
     assert (failed.test, failed.passed, failed.words) == (
         "stereo_acuity",
         False,
         "stereo acuity: no level passed, pass mark 140 arcsec",
     )
-    assert (passed(good), passed(bad), passed(untested)) == (True, False, None)
-    assert passed(bad, ["near_acuity"]) is None
-    assert passed(bad, ["near_acuity", "stereo_acuity"]) is False
+    assert tuple(passed_screening([log]) for log in (good, bad, untested)) == (True, False, None)
+    assert passed_screening([bad], ["near_acuity"]) is None
+    assert passed_screening([bad], ["near_acuity", "stereo_acuity"]) is False
     assert screened([good, bad, untested]) == (good,)
     assert screened([good, bad, untested], unscreened="keep") == (good, untested)
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Literal
+from types import MappingProxyType
+from typing import Any, ClassVar, Literal, get_args
 
 from pydantic import Field
 
-from analysis.kinds.fields import Count, Fields, Json, Name, Number, Text
-from analysis.kinds.trial import Session, Trial
+from analysis.kinds import Count, Fields, Json, Name, Number, OutcomeRecord, Session, Text, Trial
 
 Side = Literal["up", "down", "left", "right"]
-_SIDES = {f"{where}{side}": side for where in ("", "pad_") for side in ("up", "down", "left", "right")}
+SIDES: tuple[Side, ...] = get_args(Side)
+KEYS: Mapping[str, Side] = MappingProxyType({f"{where}{side}": side for where in ("", "pad_") for side in SIDES})
 
 
 class ScreeningRecord(Trial):
@@ -19,13 +20,14 @@ class ScreeningRecord(Trial):
 
     answers_task = False
     description = "a test of the observer's vision"
+    report_part = "extensions.vision_tests.report:vision_part"
     no_stimulus: ClassVar[tuple[str, ...]] = ("test",)
 
     @classmethod
     def of_line(cls, line: Mapping[str, Any]) -> type[Trial]:
         """Return which of the three a line is."""
         if "outcome" in line or "by_series" in line:
-            return OutcomeRecord
+            return VisionOutcomeRecord
         return ScreenedOutRecord if "screened_out" in line else PresentationRecord
 
 
@@ -68,7 +70,7 @@ class PresentationRecord(ScreeningRecord):
         yield from self.timed_by_press(last=not practised)
         key = self.answer_key(last=not practised)
         if key is not None:
-            yield from session.key_means("side", key, self.answer, _SIDES)
+            yield from session.key_means("side", key, self.answer, KEYS)
 
 
 def _unit(session: Session, test: str, unit: str) -> Iterator[str]:
@@ -101,7 +103,7 @@ class Outcome(Fields):
     controls_seen: bool
 
 
-class OutcomeRecord(ScreeningRecord):
+class VisionOutcomeRecord(ScreeningRecord, OutcomeRecord):
     """The record that states what came of a test."""
 
     not_reported: ClassVar[Mapping[str, str]] = {
@@ -109,8 +111,6 @@ class OutcomeRecord(ScreeningRecord):
         "outcome.controls_seen": "whether what everyone sees was seen",
         "screen": "what the screen can show of the test",
     }
-
-    is_outcome = True
 
     asked: ClassVar[tuple[str, ...]] = ("test",)
 
@@ -133,11 +133,6 @@ class OutcomeRecord(ScreeningRecord):
         if not result.controls_seen:
             reached += ", missed control plates that everyone sees"
         return f"{reached}, pass mark {result.pass_mark:g}{unit}"
-
-    @property
-    def words(self) -> str:
-        """The test and what was reached in it, such as "stereo acuity: passed 200 arcsec, pass mark 140 arcsec"."""
-        return f"{self.test.replace('_', ' ')}: {self.reached}"
 
     def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
         """Compare the outcome with that of each series, and these with the presentations."""
@@ -167,6 +162,7 @@ class ScreenedOutRecord(ScreeningRecord):
     """The session ended after a failed test."""
 
     is_outcome = True
+    ends_session = True
 
     test: Name
     screened_out: Literal[True]

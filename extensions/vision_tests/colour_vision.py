@@ -11,8 +11,9 @@ from pydantic import Field
 
 from documents import Finding
 from documents.yaml import Positive
-from runner.blocks.screening.vision_test import (
-    Level,
+from extensions.vision_tests.confusion_plates import AXES, SCALES, Axis, ConfusionPlate, copunctal_xy
+from extensions.vision_tests.record import SIDES, Side
+from extensions.vision_tests.vision_test import (
     Levels,
     Presentation,
     Screen,
@@ -22,7 +23,6 @@ from runner.blocks.screening.vision_test import (
     four_targets,
 )
 from runner.errors import SessionError
-from stimuli.vision_tests import AXES, SCALES, SIDES, Axis, ConfusionPlate, Side, copunctal_xy
 
 NAME = "colour_vision"
 PLATE_DEG = 10.0
@@ -65,14 +65,13 @@ class ColourVisionSpec(VisionTestSpec):
             details = {"ring_XYZ_cd_m2": [round(float(value), 4) for value in ring_XYZ]}
             return Presentation(name, partial(plate.draw, side, ring_XYZ, name), side, strength, details)
 
-        def along(axis: Axis, level: float) -> Level:
+        def along(axis: Axis, level: float) -> tuple[Presentation, ...]:
             signs = [sign for sign in (1, -1) if plate.can_show(axis, sign * level)]
             first = rng.randrange(2)
-            shown = tuple(
+            return tuple(
                 presentation(axis, level, n, plate.colour(axis, signs[(n + first) % len(signs)] * level), level)
                 for n in range(self.repeats)
             )
-            return Level(level, shown, self.required)
 
         axes = tuple(dict.fromkeys(self.axes))
         series = []
@@ -80,9 +79,7 @@ class ColourVisionSpec(VisionTestSpec):
             # All the ring's dots are darker than the ground's, by light that every eye sees.
             dark = plate.ground_XYZ * _CONTROL_SCALE
             shown = tuple(presentation("control", 0.0, number, dark, None) for number in range(self.controls))
-            series.append(
-                Series("control", f"{NAME}_control", (Level(0.0, shown, max(1, self.controls - 1)),), control=True)
-            )
+            series.append(Series("control", f"{NAME}_control", {0.0: shown}, max(1, self.controls - 1), control=True))
         outside: dict[str, list[float]] = {}
         for axis in axes:
             can = [level for level in wanted if any(plate.can_show(axis, sign * level) for sign in (1, -1))]
@@ -96,7 +93,7 @@ class ColourVisionSpec(VisionTestSpec):
                     )
                 )
             outside[axis] = [level for level in wanted if level not in can]
-            series.append(Series(axis, f"{NAME}_{axis}", tuple(along(axis, level) for level in can)))
+            series.append(Series(axis, f"{NAME}_{axis}", {level: along(axis, level) for level in can}, self.required))
         facts = {
             "what_it_is": "a screen, no diagnosis",
             "ground_XYZ_cd_m2": [round(float(value), 4) for value in plate.ground_XYZ],

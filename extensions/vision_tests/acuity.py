@@ -17,8 +17,10 @@ from pydantic import Field
 
 from documents import Finding
 from documents.yaml import Positive
-from runner.blocks.screening.vision_test import (
-    Level,
+from extensions.vision_tests.optotypes import landolt
+from extensions.vision_tests.random_dots import DotField, stereogram
+from extensions.vision_tests.record import SIDES
+from extensions.vision_tests.vision_test import (
     Levels,
     Presentation,
     Repeats,
@@ -30,7 +32,6 @@ from runner.blocks.screening.vision_test import (
 )
 from runner.errors import SessionError
 from runner.scene import Box
-from stimuli.vision_tests import SIDES, DotField, landolt, stereogram
 
 NEAR, STEREO = "near_acuity", "stereo_acuity"
 
@@ -233,5 +234,6 @@ def _series(
     return Series(
         name,
         name,
-        tuple(Level(level, shown, spec.required) for level, shown in zip(levels, made, strict=True)),
+        dict(zip(levels, made, strict=True)),
+        spec.required,
     )

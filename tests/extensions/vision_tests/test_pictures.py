@@ -12,10 +12,7 @@ from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.readings import xyz_from_spectra
 from documents import InputError
 from documents.arrays import Floats
-from runner.blocks.screening.colour_vision import ColourVisionSpec
-from runner.blocks.screening.vision_test import Screen
-from stimuli.errors import StimulusError
-from stimuli.vision_tests import (
+from extensions.vision_tests import (
     AXES,
     COPUNCTAL_XY,
     SCALES,
@@ -23,25 +20,21 @@ from stimuli.vision_tests import (
     Axis,
     ConfusionPlate,
     DotField,
+    Screen,
     ShownRange,
     Side,
     copunctal_xy,
     landolt,
     stereogram,
 )
-from stimuli.vision_tests.confusion_plates import GROUND_SHARE, confused, missing_light, packed, uv_from_XYZ
-from stimuli.vision_tests.optotypes import in_ring, ring_coverage
-from stimuli.vision_tests.random_dots import spots, views
+from extensions.vision_tests.colour_vision import ColourVisionSpec
+from extensions.vision_tests.confusion_plates import GROUND_SHARE, confused, missing_light, packed, uv_from_XYZ
+from extensions.vision_tests.optotypes import in_ring, ring_coverage
+from extensions.vision_tests.random_dots import spots, views
+from stimuli.errors import StimulusError
+from tests.extensions.vision_tests.conftest import model
 
 # Plates: dichromats see no ring, others see one as far off as was asked, and nothing leaves the gamut.
-
-PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
-
-
-def model(black: float = 0.02, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> DisplayModel:
-    curve = ToneCurve(gamma=2.2)
-    return DisplayModel(np.array([black, black, 1.5 * black]), PRIMARIES * scale, (curve, curve, curve))
-
 
 ONE = model()
 ALIKE = ShownRange(EyeModels(ONE, ONE))

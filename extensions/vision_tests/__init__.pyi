@@ -1,3 +1,4 @@
+from .block import Screening as Screening
 from .confusion_plates import AXES as AXES
 from .confusion_plates import COPUNCTAL_XY as COPUNCTAL_XY
 from .confusion_plates import SCALES as SCALES
@@ -5,8 +6,12 @@ from .confusion_plates import Axis as Axis
 from .confusion_plates import ConfusionPlate as ConfusionPlate
 from .confusion_plates import copunctal_xy as copunctal_xy
 from .optotypes import landolt as landolt
-from .random_dots import SIDES as SIDES
 from .random_dots import DotField as DotField
-from .random_dots import Side as Side
 from .random_dots import stereogram as stereogram
+from .record import SIDES as SIDES
+from .record import Side as Side
+from .record import VisionOutcomeRecord as VisionOutcomeRecord
+from .report import screened as screened
 from .shown_range import ShownRange as ShownRange
+from .vision_test import Screen as Screen
+from .vision_test import threshold_estimate as threshold_estimate

@@ -13,16 +13,14 @@ pixel is as exact as one of whole pixels.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from documents.arrays import Floats
+from extensions.vision_tests.record import Side
 from stimuli.errors import StimulusError
-from stimuli.pictures.stereo_image import StereoImage, XYZImage
+from stimuli.pictures import StereoImage, XYZImage
 
-Side = Literal["up", "down", "left", "right"]
-SIDES: tuple[Side, ...] = ("up", "down", "left", "right")
 TOWARDS: dict[Side, tuple[int, int]] = {"up": (0, -1), "down": (0, 1), "left": (-1, 0), "right": (1, 0)}
 _REACH = 3.5  # standard deviations after which a spot is nothing
 

@@ -9,20 +9,16 @@ from functools import partial
 import numpy as np
 import pytest
 
-from devices.display import EYES, DisplayModel, Eye, EyeModels, ToneCurve
+from devices.display import EYES, Eye, EyeModels
 from documents.arrays import Floats
+from extensions.vision_tests import Screen
+from extensions.vision_tests.acuity import FINEST_PX, StereoAcuitySpec, finest_arcsec
 from runner import Picture, Scene
-from runner.blocks.screening.acuity import FINEST_PX, StereoAcuitySpec, finest_arcsec
-from runner.blocks.screening.vision_test import Screen
 from runner.presenter import PresentationError, Presenter, find_mode, open_surface
 from stimuli.pictures import StereoImage
+from tests.extensions.vision_tests.conftest import model
 
-CURVE = ToneCurve(gamma=2.2)
-MODEL = DisplayModel(
-    np.array([0.02, 0.02, 0.03]),
-    np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]]),
-    (CURVE, CURVE, CURVE),
-)
+MODEL = model()
 
 
 def shifted(rows: Floats, by_px: float) -> Floats:
@@ -80,7 +76,7 @@ def sent(sampling: Sampling, level: float, seeds: range) -> list[float]:
         test = StereoAcuitySpec(
             test="stereo_acuity", pass_arcsec=level, levels_arcsec=(level,), repeats=2, required=1, depth="both"
         ).make(screen, str(seed))
-        shown = test.series[0].levels[0].presentations
+        shown = next(iter(test.series[0].levels.values()))
         pictures = {one.picture: one.make for one in shown}
         try:
             surface = open_surface("egl", sampling.screens_px)

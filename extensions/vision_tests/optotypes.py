@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents.arrays import Floats
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.vision_tests.random_dots import TOWARDS, Side
+from extensions.vision_tests.random_dots import TOWARDS
+from extensions.vision_tests.record import Side
+from stimuli.pictures import StereoImage
 
 _SAMPLES = 600  # along an axis of the ring, at least
 

@@ -28,11 +28,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer, xyz_from_lms
 from documents.arrays import Floats
+from extensions.vision_tests.optotypes import in_ring
+from extensions.vision_tests.record import Side
+from extensions.vision_tests.shown_range import ShownRange
 from stimuli.errors import StimulusError
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.vision_tests.optotypes import in_ring
-from stimuli.vision_tests.random_dots import Side
-from stimuli.vision_tests.shown_range import ShownRange
+from stimuli.pictures import StereoImage
 
 # Each dot's light, as a multiple of the mean: six steps, as far apart as 0.6 to 1.4.
 SCALES = tuple(0.6 + 0.16 * step for step in range(6))

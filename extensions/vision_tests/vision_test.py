@@ -5,21 +5,22 @@ A series shows some presentations at each level from coarse to fine, until a lev
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from analysis.observers import threshold_estimate
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import EyeModels, disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
 from documents.yaml import FileModel, Positive
+from extensions.vision_tests.record import SIDES, Side
+from extensions.vision_tests.shown_range import ShownRange
 from runner.ports import Target
 from runner.scene import Item
 from stimuli.pictures import StereoImage
-from stimuli.vision_tests import SIDES, ShownRange, Side
 
 Repeats = Annotated[int, Field(ge=1, le=20)]
 Levels = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=20)]
@@ -92,21 +93,16 @@ class Presentation:
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
-    """Presentations of one level; it is passed by ``required`` right answers of them."""
-
-    value: float
-    presentations: tuple[Presentation, ...]
-    required: int
-
-
-@dataclass(frozen=True, slots=True)
 class Series:
-    """Levels from coarse to fine, smaller being finer. A ``control`` shows only whether the test was understood."""
+    """Presentations by level, from coarse to fine, smaller being finer.
+
+    A level is passed by ``required`` right answers. A ``control`` shows only whether the test was understood.
+    """
 
     name: str
     task: str
-    levels: tuple[Level, ...]
+    levels: Mapping[float, tuple[Presentation, ...]]
+    required: int
     control: bool = False
 
 
@@ -134,7 +130,60 @@ class VisionTest:
     @property
     def presentations(self) -> int:
         """How many presentations there are for someone who sees everything."""
-        return sum(len(level.presentations) for series in self.series for level in series.levels)
+        return sum(len(shown) for series in self.series for shown in series.levels.values())
+
+
+SLOPE = 4.0  # log odds per factor of e in strength
+LAPSES = 0.02
+_STEP = 0.02
+_BEYOND = math.log(2.0)
+
+
+def threshold_estimate(strengths: Sequence[float], right: Sequence[bool], options: int) -> float | None:
+    """Return the threshold of a logistic psychometric function by maximum likelihood; None without a maximum.
+
+    The probability of a right answer is guess + (1 - guess - lapses) · logistic(slope · ln(strength / threshold)), with
+    a slope of 4 and 0.02 lapses: a few answers cannot estimate these two. The search goes from half the smallest of
+    ``strengths``, all above 0, to twice the largest; a maximum at either end gives None.
+
+    Parameters
+    ----------
+    strengths
+        Shape (m,): strength of each presentation, above 0, in the unit of the test.
+    right
+        Shape (m,): whether each answer was right.
+    options
+        Number of answers to choose from, at least 2; the guessing rate is 1 / options.
+
+    Returns
+    -------
+    float | None
+        The threshold in the unit of ``strengths``; None without answers, or without a maximum within the search.
+
+    Examples
+    --------
+    >>> threshold = threshold_estimate([1, 1, 2, 2, 4, 4], [False, False, True, False, True, True], 4)
+    >>> threshold is not None and 1 < threshold < 4
+    True
+    """
+    if not strengths:
+        return None
+    guess = 1.0 / options
+    low = math.log(min(strengths)) - _BEYOND
+    count = math.ceil((math.log(max(strengths)) + _BEYOND - low) / _STEP)
+    places = [math.log(strength) for strength in strengths]
+
+    def log_likelihood(threshold: float) -> float:
+        total = 0.0
+        for place, was_right in zip(places, right, strict=True):
+            known = 1.0 / (1.0 + math.exp(-SLOPE * (place - threshold)))
+            chance = guess + (1.0 - guess - LAPSES) * known
+            total += math.log(chance if was_right else 1.0 - chance)
+        return total
+
+    likelihoods = [log_likelihood(low + _STEP * index) for index in range(count + 1)]
+    best = max(range(count + 1), key=likelihoods.__getitem__)
+    return None if best in (0, count) else math.exp(low + _STEP * best)
 
 
 @dataclass(slots=True)
@@ -154,16 +203,16 @@ class TrialAnswers:
         if presentation.strength is not None:
             self.strengths.append(presentation.strength)
 
-    def can_pass(self, level: Level, *, if_wrong: bool = False) -> bool:
+    def can_pass(self, level: float, *, if_wrong: bool = False) -> bool:
         """Return whether ``level`` can still be passed, also if the next answer is wrong."""
         wrong = self._here.count(False) + if_wrong
-        return len(level.presentations) - wrong >= level.required
+        return len(self.series.levels[level]) - wrong >= self.series.required
 
-    def end_level(self, level: Level) -> bool:
+    def end_level(self, level: float) -> bool:
         """Close the current level, and return whether it was passed."""
-        passed = self._here.count(True) >= level.required
+        passed = self._here.count(True) >= self.series.required
         if passed:
-            self.threshold = level.value
+            self.threshold = level
         self._here = []
         return passed
 

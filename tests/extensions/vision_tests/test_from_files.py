@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from analysis.observers import outcomes, screened
 from analysis.records import SessionLog, read_session, session_files
 from documents import InputError
+from extensions.vision_tests import VisionOutcomeRecord, screened
 from runner.protocol import read_experiment
 
 Study = Any  # tests/conftest.py
@@ -56,7 +56,7 @@ def test_who_sees_well_continues_and_who_does_not_is_screened_out(study: Study) 
     done = json.loads(simulate(study, "01", "{}", "--json"))
     assert (done["ending"], done["answered"]) == ("completed", done["trials"])
     good = log_of(study, "01")
-    assert [one.passed for one in outcomes(good)] == [True, True, True]
+    assert [one.passed for one in good.of(VisionOutcomeRecord)] == [True, True, True]
     assert sum(trial.kind == "all_pairs" for trial in good.trials) == 6
     facts = next(trial.details()["screen"] for trial in good.trials if "outcome" in trial.details())
     assert facts["one_pixel_arcsec"] == pytest.approx(73.5, abs=0.5)
@@ -101,7 +101,7 @@ def test_a_simulated_protan_fails_that_axis_alone(study: Study) -> None:
         if trial.details().get("test") == "colour_vision" and "outcome" in trial.details()
     )
     assert [told["by_series"][axis]["passed"] for axis in ("protan", "deutan", "tritan")] == [False, True, True]
-    assert [one.passed for one in outcomes(log)] == [True, False, True]
+    assert [one.passed for one in log.of(VisionOutcomeRecord)] == [True, False, True]
     assert sum(trial.kind == "all_pairs" for trial in log.trials) == 6
 
 

@@ -1,5 +1,0 @@
-"""Pictures of vision tests: random-dot stereograms, Landolt rings, pseudoisochromatic plates."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
