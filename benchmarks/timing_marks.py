@@ -25,8 +25,8 @@ from promises import Promise
 from session_opening import EXPERIMENT, make, own_cache
 
 from analysis.records import read_session, session_files
-from devices.timing_marks import LslMarksSpec, Marked, MarksSpec, SerialMarksSpec, open_loopback
 from documents.platform import pseudo_terminal
+from extensions.marks import LslMarksSpec, Marked, MarksSpec, SerialMarksSpec
 from runner.session import SessionOptions, run_session
 
 MARKS = sized(2000, 100)
@@ -107,7 +107,7 @@ def run() -> dict[str, Any]:
         kinds.append(("Lab Streaming Layer, by an inlet", LslMarksSpec(kind="lsl", stream=f"benchmark {os.getpid()}")))
     for name, spec in kinds:
         code = spec.code(Marked("onset", 1, 4, stimuli=("a", "b")))
-        with open_loopback(spec) as loopback:
+        with spec.loopback() as loopback:
             if loopback is None or code is None:
                 continue
 

@@ -23,7 +23,7 @@ from devices.display.nominal import Nominal, NominalSpec
 from devices.display.panel import AskMonitor
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
-from devices.timing_marks.spec import MarksSpec, TimingMarksSpec, listed_marks, listed_twice
+from devices.timing_marks import MarksKind, TimingMarksSpec, listed_marks, listed_twice
 from documents import Finding, InputError, load_document
 from documents.files import beside, looked_for
 from documents.yaml import FileModel, Natural, Positive
@@ -115,7 +115,7 @@ class Rig:
     verification: Verification | None
     monitors: tuple[str, ...] = ()
     mirror: Path | None = None
-    marks: tuple[MarksSpec, ...] = ()
+    marks: tuple[MarksKind, ...] = ()
 
     @property
     def observer(self) -> str:

@@ -149,7 +149,7 @@ class _Fault:
             remedy = f"add '{key}:', " + either(options) if options else f"add '{key}:'"
             return self.source.finding(self.path, f"{self._name()} has no '{key}'", remedy)
         value = self.value.get(key) if isinstance(self.value, dict) else self.value
-        remedy = did_you_mean(str(value), options)
+        remedy = did_you_mean(str(value), options, None if options else "install the package that adds it")
         what = f"'{name}' has no value" if value is None else f"'{name}' is {_short(written(value))}"
         return self.source.finding((*self.path, key), what, remedy)
 

@@ -26,7 +26,7 @@ from extensions.agreement.page import agreement_blocks, write_agreement_csv, wri
 from extensions.agreement.result import Agreement, Predicted
 from extensions.agreement.shown import ShownPictures, shown_pictures
 from runner.reports import check_page
-from runner.session import Progress, no_progress
+from runner.session import Progress
 from stimuli.measures import MeasureRow, measures_named, package_of
 
 # The limit of `cyclopean compare` for car paint, thesis Section 5.5.
@@ -66,7 +66,7 @@ def compare_with_observers(
     results: Annotated[Sequence[Path], Typed(metavar="RESULTS...")],
     measures: Annotated[Sequence[str], Typed("--measures", "NAME,...", read="documents.options.names_of")],
     options: AgreementOptions | None = None,
-    progress: Progress = no_progress,
+    progress: Progress = lambda what, done, of: None,
 ) -> WrittenAgreement:
     """Compare measures of an experiment's pictures with its observers.
 

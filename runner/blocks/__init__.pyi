@@ -11,6 +11,7 @@ from .block import chosen as chosen
 from .block import name_faults as name_faults
 from .context import BlockContext as BlockContext
 from .context import Draw as Draw
+from .context import Factors as Factors
 from .context import Stimuli as Stimuli
 from .context import level_words as level_words
 from .message import TimedKind as TimedKind

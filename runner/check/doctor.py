@@ -14,13 +14,13 @@ from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from devices.display import AskMonitor, Rig, panel_of_monitor, read_rig
 from devices.readings import INSTRUMENTS, READERS
+from devices.timing_marks import MARKS
 from documents import InputError
 from documents.extensions import Registry, installed
 from documents.options import MONITOR, Typed
 from documents.text import JsonResult
 from runner.blocks.registry import BLOCKS
 from runner.check.signal_path import SignalFact, examine_signal_path
-from runner.check.timing_marks import MarkLatency, measure_marks
 from runner.commands import commands
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.errors import PresentationError
@@ -31,6 +31,7 @@ from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import Buffer
 from runner.session.events import LISTENERS
 from runner.session.header import software
+from runner.session.rig_part import Measured, parts_of
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 from runner.views.interface import KEYS
 from stimuli.measures import MEASURES
@@ -208,7 +209,7 @@ class TimingReport(JsonResult):
     swap_intervals: IntervalSummary
     verification: str
     meaning: tuple[str, ...]
-    timing_marks: tuple[MarkLatency, ...] = ()
+    timing_marks: tuple[Measured, ...] = ()
 
     def told(self) -> Iterator[str]:
         """Yield where the frames were shown, and what their intervals mean."""
@@ -321,7 +322,7 @@ def _timing(
             surface.swap()
 
         intervals = swap_intervals(frame, seconds, done, facts.refresh_hz)
-        marks = measure_marks(rig, frame) if rig else ()
+        marks = tuple(each for part in (parts_of(rig) if rig else ()) for each in part.measured(frame))
     judgement = judge(rig.verification if rig else None, rig.mode if rig else "", facts, swaps_per_second(intervals))
     return TimingReport(
         facts.display_server,
@@ -351,6 +352,7 @@ REGISTRIES: tuple[Registry[Any], ...] = (
     MEASURES,
     READERS,
     INSTRUMENTS,
+    MARKS,
     LISTENERS,
     commands(),
 )

@@ -28,11 +28,10 @@ from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import typed
 from runner.check.display_facts import check_display_facts
 from runner.check.error_budget import rig_budget
-from runner.check.machine import check_pool, check_results, check_screen
+from runner.check.machine import check_pool, check_results, check_rig_parts, check_screen
 from runner.check.pictures import check_pictures
 from runner.check.report import CheckOptions, CheckReport
 from runner.check.screens import check_screens
-from runner.check.timing_marks import check_timing_marks
 from runner.errors import SessionError
 from runner.ports import Ask
 from runner.presenter.surfaces.screens import primary_monitor
@@ -90,7 +89,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     if options.budget and "error_budget" not in report.facts:
         report.facts["error_budget"] = rig_budget(design.rig).to_json()
     check_screen(report, design.rig, options)
-    check_timing_marks(report, design.rig, options)
+    check_rig_parts(report, design.rig, options)
     check_results(report, design.spec.name, options.results)
     check_pool(report, design, options.results)
 

@@ -30,9 +30,8 @@ from runner.check.experiment import (
     check_experiment,
     missing_pictures,
 )
-from runner.check.machine import check_screen
+from runner.check.machine import check_rig_parts, check_screen
 from runner.check.report import CheckOptions, CheckReport
-from runner.check.timing_marks import check_timing_marks
 from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.screens import primary_monitor
 from stimuli.pictures import is_ordinary
@@ -101,7 +100,7 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     if options.budget:
         report.facts["error_budget"] = rig_budget(rig).to_json()
     check_screen(report, rig, options)
-    check_timing_marks(report, rig, options)
+    check_rig_parts(report, rig, options)
 
 
 def check_verification(report: CheckReport, options: CheckOptions) -> None:

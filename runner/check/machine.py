@@ -28,6 +28,7 @@ from runner.presenter.surfaces.screens import (
 from runner.protocol.experiment import Experiment
 from runner.session.folders import is_running, unfinished
 from runner.session.pooling import ResultsPool, pooled_blocks
+from runner.session.rig_part import parts_of
 
 NO_DISPLAY = "not looked at: there is no display here"
 _TRIED_PX = (320, 240)
@@ -83,6 +84,19 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
     report.warnings.extend(restored)
     if filled:
         check_gamma_table(report, rig, filled, accept=options.accept_gamma_table)
+
+
+def check_rig_parts(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
+    """Report the rig's parts, such as where marks go, and open each for a moment.
+
+    One that cannot be opened is a warning, since a file may be checked away from its rig, or an error if the screen
+    must do, which is that of the rig. A doubt, such as a stream that nobody receives, is a warning.
+    """
+    faults = report.errors if options.screen else report.warnings
+    for part in parts_of(rig):
+        report.facts.setdefault("timing_marks", []).extend(part.described())
+        for fault, is_doubt in part.faults() if options.screen is not False else ():
+            (report.warnings if is_doubt else faults).append(fault)
 
 
 def check_gamma_table(report: CheckReport, rig: Rig, filled: tuple[Monitor, ...], *, accept: bool) -> None:

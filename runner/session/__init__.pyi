@@ -6,6 +6,7 @@ from .events import Event as Event
 from .events import Listener as Listener
 from .events import Paused as Paused
 from .events import Recorded as Recorded
+from .events import Recording as Recording
 from .events import Replayed as Replayed
 from .events import SceneShown as SceneShown
 from .events import SessionBegan as SessionBegan
@@ -15,7 +16,6 @@ from .options import Backend as Backend
 from .options import SessionOptions as SessionOptions
 from .picture_source import Progress as Progress
 from .picture_source import build_stimuli as build_stimuli
-from .picture_source import no_progress as no_progress
 from .run import run_session as run_session
 from .run import simulate as simulate
 from .sealing import seal_results as seal_results

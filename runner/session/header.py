@@ -147,13 +147,15 @@ def make_header(
     ``configuration`` is the SHA-256 of the files that are kept beside it; ``listen`` names listeners of other packages;
     ``drawn`` are further fields.
     """
+    from devices.timing_marks import MARKS
     from runner.blocks.registry import BLOCKS
 
     rig = experiment.rig
     panel = rig.display.panel
     kinds = {block.kind for block in experiment.spec.blocks}
     offers = {kind: offer for kind in sorted(kinds) if (offer := BLOCKS.offer(kind))}
-    others = [*offers.values(), *filter(None, map(LISTENERS.offer, listen))]
+    marks = (MARKS.offer(entry.kind) for entry in rig.marks)
+    others = [*offers.values(), *filter(None, [*map(LISTENERS.offer, listen), *marks])]
     return new_header(
         experiment.spec.name,
         observer,

@@ -45,7 +45,6 @@ from runner.session.folders import (
 from runner.session.options import Ending, SessionOptions, SessionResult, session_command
 from runner.session.picture_source import build_stimuli
 from runner.session.station import Station
-from runner.session.timing_marks import lost_marks
 from stimuli.build import StimulusSet
 
 
@@ -241,7 +240,8 @@ def _until_it_ends(station: Station, again: str, sit: Callable[[], Path]) -> tup
         return None, "terminated" if isinstance(stop, Terminated) else "interrupted"
     finally:
         stopping = sys.exception() is not None  # else it is told at the end
-        faults = (station.end_mirror(), *lost_marks(station.marks), _configuration(station) if stopping else None)
+        lost = (words for part in station.parts for words in part.lost())
+        faults = (station.end_mirror(), *lost, _configuration(station) if stopping else None)
         _warn(station.options, *filter(None, faults))
 
 

@@ -58,9 +58,9 @@ from runner.session.header import check_unchanged, hashes, make_header, planned
 from runner.session.options import SessionOptions
 from runner.session.picture_source import PictureSource
 from runner.session.pooling import RecordedPool, ResultsPool, pooled_blocks
+from runner.session.rig_part import RigPart, parts_of
 from runner.session.session import Resumed, Session
 from runner.session.status import SessionStatus
-from runner.session.timing_marks import OpenMarks, TimingMarks, close_marks, open_marks, unheard
 from runner.session.timing_record import timing_facts
 from stimuli.build import StimulusSet
 
@@ -88,7 +88,7 @@ class Station:
     cost_work: CostWork
     watch: GammaWatch
     configuration: Configuration
-    marks: tuple[OpenMarks, ...] = ()  # the ports of the rig's timing marks, where they are sent
+    parts: tuple[RigPart, ...] = ()  # of the rig, such as what sends its timing marks, where they are sent
     pool: ResultsPool | None = None  # where a block chooses its pairs by the answers of all observers
     recorder: Recorder | None = None  # of the session that runs, or ran last, as those below
     status: SessionStatus = field(default_factory=SessionStatus)
@@ -97,14 +97,14 @@ class Station:
 
     @classmethod
     def open(cls, experiment: Experiment, stimuli: StimulusSet, options: SessionOptions) -> Station:
-        """Open the surface and the presenter in the rig's stereo mode and the ports of its marks, as ``options`` say.
+        """Open the surface and the presenter in the rig's stereo mode and its parts, as ``options`` say.
 
         Raises
         ------
         InputError
             If the surface cannot be opened or cannot do the mode, or, unless ``accept_gamma_table``, the gamma table
             that is loaded is not the one that the display was measured with, or, unless ``wrong_screen``, the rig's
-            panel is larger than the screen, or if a port of the rig's timing marks cannot be opened.
+            panel is larger than the screen, or if a part such as a port of the rig's timing marks cannot be opened.
         """
         rig = experiment.rig
         mode = experiment.mode
@@ -116,8 +116,10 @@ class Station:
         costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
         correction = costs.compensation.correction
         with ExitStack() as undo:
-            marks = open_marks(rig, options.notify) if options.sends_marks else ()
-            undo.callback(close_marks, marks)
+            parts = parts_of(rig) if options.sends_marks else ()
+            for part in parts:
+                undo.callback(part.close)
+                part.open(options.notify)
             surface = open_surface(
                 options.surface,
                 rig.display.panel.resolution_px,
@@ -154,13 +156,13 @@ class Station:
         elif not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         remarks += rig.settings_doubts
-        remarks += unheard(marks)
+        remarks += tuple(remark for part in parts for remark in part.remarks())
         if rig.marks and options.marks is False:
             remarks += ("the rig's timing marks were not sent (--no-marks)",)
         pool = ResultsPool(experiment, options.folder) if pooled_blocks(experiment) else None
         return cls(
             *(experiment, stimuli, options, surface, presenter, pictures, in_turn, remarks, timing),
-            *(costs.work, watch, configuration, marks, pool),
+            *(costs.work, watch, configuration, parts, pool),
         )
 
     def __enter__(self) -> Station:
@@ -170,7 +172,8 @@ class Station:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.costs.end()
-        close_marks(self.marks)
+        for part in self.parts:
+            part.close()
         self.presenter.close()
         self.surface.close()
         self.end_mirror()
@@ -308,7 +311,7 @@ class Station:
         session.listeners += [
             RecordedCosts(self.costs, session, header),
             _Conditions(self, session),
-            TimingMarks(self.marks, lambda: clock.since(start), factors, session.note),
+            *(part.listener(lambda: clock.since(start), factors, session.note) for part in self.parts),
             self.status,
         ]
         for remark in self.resume_remarks:
@@ -447,8 +450,8 @@ class Station:
         facts = self.surface.facts.to_json() | {"timing": self.timing, "gamma_table": gamma}
         if rig.mirror:
             facts["results_mirror"] = str(rig.mirror)
-        if self.marks:
-            facts["timing_marks"] = [marks.spec.facts for marks in self.marks]
+        if self.parts:
+            facts["timing_marks"] = [fact for part in self.parts for fact in part.facts]
         return make_header(
             self.experiment,
             self.stimuli,

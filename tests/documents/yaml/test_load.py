@@ -17,7 +17,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, RootModel
 from devices.camera import read_camera
 from devices.display import read_display, read_rig, read_verification
 from documents import InputError, load_document
-from documents.yaml import KIND_BY_KEY, FileModel, OneOf, parse_yaml, read_yaml, source
+from documents.extensions import Environment, Registry, of_base
+from documents.yaml import KIND_BY_KEY, ByKind, FileModel, OneOf, parse_yaml, read_yaml, source
 from documents.yaml.source import Loader, QuickLoader, can_be_quick
 from runner.check.files import _CHECKS
 from runner.protocol import read_experiment
@@ -106,6 +107,16 @@ def test_a_wrong_kind_of_the_whole_file(tmp_path: Path) -> None:
     path.write_text("words: hello\nkind: txt\n")
     with pytest.raises(InputError, match=r"f.yaml:2:7: 'kind' is 'txt' \(did you mean 'text'\?\)"):
         load_document(path, _OneOf)
+
+
+class _Lit(FileModel):
+    lamp: Annotated[BaseModel, ByKind(Registry("cyclopean.lamps", {}, of_base(BaseModel), Environment([])))]
+
+
+def test_a_kind_that_no_package_here_offers(tmp_path: Path) -> None:
+    (tmp_path / "file.yaml").write_text("lamp: {kind: led}\n")
+    with pytest.raises(InputError, match=r"'lamp.kind' is 'led' .install the package that adds it"):
+        load_document(tmp_path / "file.yaml", _Lit)
 
 
 def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:

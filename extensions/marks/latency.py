@@ -1,55 +1,18 @@
-"""Timing marks before a session: whether their ports can be opened, and how soon after the swap marks are sent."""
+"""How soon after the swap marks are sent and, where they come back, received."""
 
 from __future__ import annotations
 
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass
 
-from devices.display import Rig
-from devices.timing_marks import Marked, MarkError, MarkPort, MarksSpec, open_loopback, open_mark_port
 from documents import Finding
-from runner.check.report import CheckOptions, CheckReport
-from runner.session.timing_marks import placed, wait_until_heard
+from extensions.marks.kind import Marked, MarkError, MarkPort, MarksSpec
 
 _MARKS = 200
 _COMES_WITHIN_S = 1.0
-_RECEIVED_WITHIN_S = 1.0
-_UNHEARD = Finding(
-    "nobody receives the stream, and no session waits for a recorder",
-    remedy="write a wait_s above 0, or choose the stream in the recorder before the first page is left",
-)
-
-
-def check_timing_marks(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
-    """Report where marks go, and open each port for a moment.
-
-    One that cannot be opened is a warning, since a file may be checked away from its rig, or an error if the screen
-    must do, which is that of the rig. A stream that nobody receives is a warning too, if no
-    session waits for a recorder.
-    """
-    if not rig.marks:
-        return
-    report.facts["timing_marks"] = [_words(spec) for spec in rig.marks]
-    if options.screen is False:
-        return
-    faults = report.errors if options.screen else report.warnings
-    for index, spec in enumerate(rig.marks):
-        try:
-            with closing(open_mark_port(spec)) as port:
-                if not spec.waits_s and not wait_until_heard(port, _RECEIVED_WITHIN_S):
-                    report.warnings.append(placed(rig, index, MarkError(_UNHEARD)))
-        except MarkError as error:
-            faults.append(placed(rig, index, error))
-
-
-def _words(spec: MarksSpec) -> str:
-    codes = {"onset": spec.onset, "answer": spec.answer} | getattr(spec, "codes", {})
-    told = [f"{what} = {code}" for what, code in codes.items() if code is not None]
-    told += ["after each a byte with the trial's number"] if spec.with_trial_byte else []
-    return f"{spec.name} ({', '.join(told)})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,33 +64,28 @@ def _range(delay: Delay) -> str:
     return f"{delay.median_ms:.3f} ms (median) and at most {delay.worst_ms:.3f} ms"
 
 
-def measure_marks(rig: Rig, frame: Callable[[], object], marks: int = _MARKS) -> tuple[MarkLatency, ...]:
-    """Send ``marks`` marks to each port of the rig, each right after ``frame``, which draws and swaps.
+def measure_marks(
+    spec: MarksSpec, frame: Callable[[], object], placed: Callable[[Finding], Finding], marks: int = _MARKS
+) -> MarkLatency:
+    """Send ``marks`` marks to the port of ``spec``, each right after ``frame``, which draws and swaps.
 
-    The ports get the codes of onsets, as in a session.
+    The port gets the code of onsets, as in a session. ``placed`` gives a fault its place in the rig file.
     """
-    return tuple(_measured(rig, index, frame, marks) for index in range(len(rig.marks)))
-
-
-def _measured(rig: Rig, index: int, frame: Callable[[], object], marks: int) -> MarkLatency:
-    spec = rig.marks[index]
     problems: list[Finding] = []
     sent = looped = received = None
     by = ""
-    with ExitStack() as opened:
-        try:
-            port = open_mark_port(spec)
-            opened.callback(port.close)
-            sent, _ = _delays(spec, port, frame, marks)
-        except MarkError as error:
-            problems.append(placed(rig, index, error))
     try:
-        with open_loopback(spec) as loopback:
+        with closing(spec.open()) as port:
+            sent, _ = _delays(spec, port, frame, marks)
+    except MarkError as error:
+        problems.append(placed(error.findings[0]))
+    try:
+        with spec.loopback() as loopback:
             if loopback:
                 by = loopback.by
                 looped, received = _delays(spec, loopback.port, frame, marks, loopback.receive)
     except MarkError as error:
-        problems.append(placed(rig, index, error))
+        problems.append(placed(error.findings[0]))
     words = "; ".join(dict.fromkeys(map(str, problems)))
     return MarkLatency(spec.name, marks, sent, by, looped, received, words)
 

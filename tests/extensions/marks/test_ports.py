@@ -14,17 +14,9 @@ from typing import Any
 import pytest
 from serial import SerialException
 
-import devices.timing_marks.open as parallel_module
-from devices.timing_marks import (
-    LslMarksSpec,
-    MarkError,
-    ParallelMarksSpec,
-    PortLostError,
-    SerialMarksSpec,
-    open_loopback,
-    open_mark_port,
-)
 from documents.platform import open_parallel_port, pseudo_terminal
+from extensions.marks import LslMarksSpec, MarkError, ParallelMarksSpec, PortLostError, SerialMarksSpec
+from extensions.marks import parallel_port as parallel_module
 from tests.kept import known
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
@@ -52,7 +44,7 @@ def read_all(read: Callable[[float], bytes], count: int) -> bytes:
 
 def test_a_serial_mark_is_its_byte_and_every_value_goes_through(terminal: Any) -> None:
     name, read = terminal
-    with closing(open_mark_port(serial(name))) as port:
+    with closing(serial(name).open()) as port:
         for code in range(1, 256):
             port.send(code, time.monotonic())
         assert read_all(read, 255) == bytes(range(1, 256))
@@ -60,7 +52,7 @@ def test_a_serial_mark_is_its_byte_and_every_value_goes_through(terminal: Any) -
 
 def test_a_pulse_ends_in_0_and_a_mark_within_it_begins_a_new_one(terminal: Any) -> None:
     name, read = terminal
-    with closing(open_mark_port(serial(name, pulse_ms=100))) as port:
+    with closing(serial(name, pulse_ms=100).open()) as port:
         port.send(7, 0.0)
         port.send(9, 0.0)
         sent_s = time.monotonic()
@@ -72,7 +64,7 @@ def test_a_pulse_ends_in_0_and_a_mark_within_it_begins_a_new_one(terminal: Any) 
 
 def test_a_port_that_is_not_there_is_named_with_those_that_are() -> None:
     with pytest.raises(MarkError) as refused:
-        open_mark_port(serial("/dev/no_such_port"))
+        serial("/dev/no_such_port").open()
     (fault,) = refused.value.findings
     assert (fault.file, fault.message) == ("/dev/no_such_port", "there is no such serial port")
     assert known(fault.remedy).startswith("ports here: ")
@@ -80,8 +72,8 @@ def test_a_port_that_is_not_there_is_named_with_those_that_are() -> None:
 
 def test_a_port_in_use_is_one_message(terminal: Any) -> None:
     name, _ = terminal
-    with closing(open_mark_port(serial(name))), pytest.raises(MarkError, match="in use by another program") as refused:
-        open_mark_port(serial(name))
+    with closing(serial(name).open()), pytest.raises(MarkError, match="in use by another program") as refused:
+        serial(name).open()
     assert refused.value.findings[0].remedy == "close that program"
 
 
@@ -89,22 +81,16 @@ def test_a_file_is_no_serial_port(tmp_path: Any) -> None:
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(MarkError, match="the serial port cannot be opened"):
-        open_mark_port(serial(str(file)))
+        serial(str(file)).open()
     assert file.read_text() == ""
 
 
 SERIAL_REFUSALS = {
-    (
-        None,
-        "could not open port 'COM4': PermissionError(13, 'Access is denied.', None, 5)",
-    ): "in use by another program",
+    (None, "port 'COM4': PermissionError(13, 'Access is denied.', None, 5)"): "in use by another program",
     (None, "could not open port 'COM4': FileNotFoundError(2, 'The system cannot find it.', None, 2)"): "no such serial",
     (errno.EACCES, "could not open port /dev/ttyUSB0: Permission denied"): "this user may not open the serial port",
     (errno.EBUSY, "could not open port /dev/ttyUSB0: Device or resource busy"): "in use by another program",
-    (
-        errno.EIO,
-        "could not open port /dev/ttyS0: Input/output error",
-    ): "cannot be opened: could not open port /dev/ttyS0",
+    (errno.EIO, "could not open port /dev/ttyS0: Input/output error"): "cannot be opened: could not open port",
 }
 
 
@@ -117,15 +103,15 @@ def test_each_refusal_of_a_serial_port_is_explained(
     def refuse(*_: object, **__: object) -> None:
         raise SerialException(number, words) if number else SerialException(words)
 
-    monkeypatch.setattr("devices.timing_marks.serial_port.serial.Serial", refuse)
+    monkeypatch.setattr("extensions.marks.serial_port.serial.Serial", refuse)
     with pytest.raises(MarkError, match=SERIAL_REFUSALS[number, words]) as refused:
-        open_mark_port(serial("/dev/ttyUSB0"))
+        serial("/dev/ttyUSB0").open()
     assert refused.value.findings[0].remedy
 
 
 def test_a_port_that_nobody_reads_never_blocks_and_works_again(terminal: Any) -> None:
     name, read = terminal
-    with closing(open_mark_port(serial(name))) as port:
+    with closing(serial(name).open()) as port:
         refused = None
         longest_s, sent = 0.0, 0
         while refused is None and sent < 200_000:
@@ -147,14 +133,14 @@ def test_a_port_that_nobody_reads_never_blocks_and_works_again(terminal: Any) ->
 
 def test_a_port_that_goes_away_is_lost() -> None:
     with pseudo_terminal() as pair:
-        port = open_mark_port(serial(known(pair)[0]))
+        port = serial(known(pair)[0]).open()
     with pytest.raises(PortLostError, match="the port is gone"):
         port.send(1, 0.0)
     port.close()
 
 
 def test_a_serial_loopback_comes_back() -> None:
-    with open_loopback(serial("/dev/never_opened")) as loopback:
+    with serial("/dev/never_opened").loopback() as loopback:
         assert loopback is not None
         loopback.port.send(1, 0.0)
         assert loopback.receive(5.0)
@@ -166,7 +152,7 @@ def test_a_stream_carries_words_and_the_time_of_the_event() -> None:
     import pylsl
 
     spec = LslMarksSpec(kind="lsl", stream=f"test {os.getpid()}")
-    with open_loopback(spec) as loopback:
+    with spec.loopback() as loopback:
         assert loopback is not None
         (info,) = pylsl.resolve_byprop("name", spec.stream, 1, 10.0)
         assert (info.type(), info.channel_format(), info.nominal_srate()) == ("Markers", pylsl.cf_string, 0.0)
@@ -190,7 +176,7 @@ def test_a_stream_carries_words_and_the_time_of_the_event() -> None:
 
 @needs_lsl
 def test_a_stream_knows_whether_it_is_received() -> None:
-    with closing(open_mark_port(LslMarksSpec(kind="lsl", stream=f"unheard {os.getpid()}"))) as port:
+    with closing(LslMarksSpec(kind="lsl", stream=f"unheard {os.getpid()}").open()) as port:
         assert not port.is_heard
         port.send("onset", time.monotonic())
 
@@ -198,7 +184,7 @@ def test_a_stream_knows_whether_it_is_received() -> None:
 def test_a_trial_byte_follows_its_code(terminal: Any) -> None:
     name, read = terminal
     for more, ends in (({}, b""), ({"pulse_ms": 1000}, b"\x00")):
-        with closing(open_mark_port(serial(name, **more))) as port:
+        with closing(serial(name, **more).open()) as port:
             port.send(7, 0.0, 0)
             port.send(9, 0.0, 255)
         assert read_all(read, 4 + len(ends)) == bytes([7, 0, 9, 255]) + ends
@@ -207,7 +193,7 @@ def test_a_trial_byte_follows_its_code(terminal: Any) -> None:
 def test_a_missing_package_says_what_to_type(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pylsl", None)
     with pytest.raises(MarkError) as refused:
-        open_mark_port(LslMarksSpec(kind="lsl"))
+        LslMarksSpec(kind="lsl").open()
     (fault,) = refused.value.findings
     assert "the package pylsl" in fault.message
     assert fault.remedy == "pip install '.[lsl]'"
@@ -218,18 +204,18 @@ def test_a_missing_library_says_where_it_is(monkeypatch: pytest.MonkeyPatch, tmp
     (tmp_path / "pylsl.py").write_text("raise RuntimeError('LSL binary library file was not found.')\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(MarkError, match="liblsl is not") as refused:
-        open_mark_port(LslMarksSpec(kind="lsl"))
+        LslMarksSpec(kind="lsl").open()
     assert "PYLSL_LIB" in str(refused.value)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own parallel ports")
 def test_parallel_ports_that_cannot_be_had() -> None:
     with pytest.raises(MarkError, match="there is no such parallel port") as refused:
-        open_mark_port(ParallelMarksSpec(kind="parallel", port="/dev/parport77"))
+        ParallelMarksSpec(kind="parallel", port="/dev/parport77").open()
     assert "modprobe" in str(refused.value)
     with pytest.raises(MarkError, match="this is no parallel port"):
-        open_mark_port(ParallelMarksSpec(kind="parallel", port="/dev/null"))
-    with open_loopback(ParallelMarksSpec(kind="parallel")) as loopback:
+        ParallelMarksSpec(kind="parallel", port="/dev/null").open()
+    with ParallelMarksSpec(kind="parallel").loopback() as loopback:
         assert loopback is None
 
 
@@ -248,7 +234,7 @@ def test_each_refusal_of_a_parallel_port_is_explained(number: int, monkeypatch: 
 
     monkeypatch.setattr(parallel_module, "open_parallel_port", refuse)
     with pytest.raises(MarkError, match=REFUSALS[number]) as refused:
-        open_mark_port(ParallelMarksSpec(kind="parallel"))
+        ParallelMarksSpec(kind="parallel").open()
     assert refused.value.findings[0].remedy
 
 
@@ -264,7 +250,7 @@ def test_what_a_parallel_port_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
         return 0
 
     monkeypatch.setattr(fcntl, "ioctl", ioctl)
-    port = open_mark_port(ParallelMarksSpec(kind="parallel", port="/dev/null", pulse_ms=20))
+    port = ParallelMarksSpec(kind="parallel", port="/dev/null", pulse_ms=20).open()
     port.send(129, 0.0)
     until_s = time.monotonic() + 20
     while len(asked) < 5 and time.monotonic() < until_s:

@@ -1,20 +1,40 @@
-"""Opening the port that an entry of ``timing_marks`` names.
+"""Marks on the data pins of a parallel port, by the device ``/dev/parportN`` of Linux.
 
-Marks on the data pins of a parallel port go by the device ``/dev/parportN`` of Linux. The kernel's own device asks for
-no library and no administrator, and lets one program have the port. Direct access to the registers, which other systems
-need a driver for, is not offered.
+The kernel's own device asks for no library and no administrator, and lets one program have the port. Direct access to
+the registers, which other systems need a driver for, is not offered.
 """
 
 from __future__ import annotations
 
 import errno
 from functools import partial
+from typing import Literal
 
-from devices.timing_marks.port import Code, MarkError, MarkPort, PortLostError
-from devices.timing_marks.pulse import Pulse
-from devices.timing_marks.spec import LslMarksSpec, MarksSpec, ParallelMarksSpec, SerialMarksSpec
+from pydantic import Field
+
 from documents import Finding
 from documents.platform import close_parallel_port, open_parallel_port, set_parallel_pins
+from extensions.marks.kind import Byte, Code, CodedMarks, MarkError, MarkPort, PortLostError, PulseMs
+from extensions.marks.pulse import Pulse
+
+
+class ParallelMarksSpec(CodedMarks):
+    """Marks on the eight data pins of a parallel port of Linux."""
+
+    kind: Literal["parallel"]
+    """A parallel port of Linux."""
+    port: str = Field(default="/dev/parport0", min_length=1)
+    """The port, such as /dev/parport0."""
+    onset: Byte | None = 1
+    """The value of the pins at each onset, 1 to 255; null sends none."""
+    answer: Byte | None = 2
+    """The value of the pins at each answer, 1 to 255; null sends none."""
+    pulse_ms: PulseMs = 5.0
+    """Milliseconds after which the pins go back to 0."""
+
+    def open(self) -> MarkPort:
+        """Open the port."""
+        return ParallelPort(self)
 
 
 class ParallelPort:
@@ -66,42 +86,3 @@ def _not_opened(port: str, error: OSError) -> Finding:
     if error.errno in (errno.ENOTTY, errno.EINVAL):
         return Finding("this is no parallel port", port, remedy="name one such as /dev/parport0")
     return Finding(f"the parallel port cannot be opened: {error.strerror or error}", port)
-
-
-def open_mark_port(spec: MarksSpec) -> MarkPort:
-    """Open the port of ``spec``; only the library that it needs is imported.
-
-    Parameters
-    ----------
-    spec
-        An entry of a rig's ``timing_marks``.
-
-    Returns
-    -------
-    MarkPort
-        The open port, which no other program has.
-
-    Raises
-    ------
-    MarkError
-        If it cannot be opened; the message names the port and what to do.
-
-    Examples
-    --------
-    >>> from devices.timing_marks import SerialMarksSpec
-    >>> from documents import InputError
-    >>> try:
-    ...     open_mark_port(SerialMarksSpec(kind="serial", port="/dev/none"))
-    ... except InputError as error:
-    ...     print(error.findings[0].message)
-    there is no such serial port
-    """
-    if isinstance(spec, LslMarksSpec):
-        from devices.timing_marks.lsl_stream import LslStream
-
-        return LslStream(spec)
-    if isinstance(spec, SerialMarksSpec):
-        from devices.timing_marks.serial_port import SerialPort
-
-        return SerialPort(spec)
-    return ParallelPort(spec)

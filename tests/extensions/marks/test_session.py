@@ -15,14 +15,23 @@ import pytest
 
 from analysis.records import SessionLog, read_session, session_files
 from analysis.seals import check_results
-from devices.timing_marks import Code, LslMarksSpec, Marked, MarkError, PortLostError, SerialMarksSpec, open_mark_port
+from devices.timing_marks import MARKS
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal
+from extensions.marks import (
+    Code,
+    LslMarksSpec,
+    Marked,
+    MarkError,
+    OpenMarks,
+    PortLostError,
+    SerialMarksSpec,
+    TimingMarks,
+)
 from runner.check import CheckOptions, check_file
-from runner.session import SceneShown, SessionOptions, run_session, simulate
-from runner.session import timing_marks as module
-from runner.session.events import Recording, Shown
-from runner.session.timing_marks import OpenMarks, TimingMarks
+from runner.session import Recording, SceneShown, SessionOptions, run_session, simulate
+from runner.session.events import Shown
+from tests.kept import known
 from tests.runner.every_kind import OnStatus
 
 Study = Any  # tests/conftest.py
@@ -40,9 +49,9 @@ def with_marks(study: Study, *entries: str) -> None:
 def serial_line(study: Study, more: str = "") -> Iterator[tuple[str, Callable[[float], bytes]]]:
     """Let the rig send its marks to a pseudo-terminal."""
     with pseudo_terminal() as pair:
-        assert pair is not None
-        with_marks(study, f"{{kind: serial, port: {pair[0]}{more}}}")
-        yield pair
+        name, read = known(pair)
+        with_marks(study, f"{{kind: serial, port: {name}{more}}}")
+        yield name, lambda within_s: read(within_s) + b"".join(iter(lambda: read(0.1), b""))  # bytes come in pieces
 
 
 def run(study: Study, **more: Any) -> tuple[SessionLog, list[str]]:
@@ -90,10 +99,8 @@ def test_a_simulation_sends_none_unless_asked(study: Study) -> None:
         log, said = run(study, marks=None)
         simulate(study.experiment, study.observers, ["02"], results=study.results)
         assert read(0.05) == b""
-    assert marks_of(log) == []
-    assert said == []
+    assert (marks_of(log), said, log.header.remarks) == ([], [], ())
     assert "timing_marks" not in log.header.presentation.given()
-    assert log.header.remarks == ()
 
 
 def test_a_session_without_its_marks_says_so(study: Study) -> None:
@@ -137,11 +144,10 @@ def test_a_port_that_cannot_be_opened_is_refused_before_anything_is_written(
 
 
 def test_a_port_in_use_is_refused_and_the_others_are_closed_again(study: Study) -> None:
-    with pseudo_terminal() as first, pseudo_terminal() as second:
-        assert first is not None
-        assert second is not None
+    with pseudo_terminal() as one, pseudo_terminal() as other_one:
+        first, second = known(one), known(other_one)
         with_marks(study, *(f"{{kind: serial, port: {name}}}" for name, _ in (first, second)))
-        other = open_mark_port(SerialMarksSpec(kind="serial", port=second[0]))
+        other = SerialMarksSpec(kind="serial", port=second[0]).open()
         with pytest.raises(InputError, match=rf"rig.yaml:5:.*serial {second[0]}: .*in use by another program"):
             run(study)
         other.close()
@@ -161,7 +167,7 @@ def test_ports_before_one_that_cannot_be_opened_are_closed(study: Study, monkeyp
             raise MarkError(Finding("there is no such serial port", "COM8"))
         return port
 
-    monkeypatch.setattr(module, "open_mark_port", open_first)
+    monkeypatch.setattr(SerialMarksSpec, "open", open_first)
     with pytest.raises(MarkError, match="serial COM8: "):
         run(study)
     assert port.closed
@@ -188,6 +194,15 @@ def test_wrong_entries_are_located(study: Study, entry: str) -> None:
     study.edit("rig.yaml", "distance_mm: 700", f"distance_mm: 700\ntiming_marks: {entry}")
     (error,) = check_file(study.folder / "rig.yaml", CheckOptions(screen=False)).errors
     assert (error.file, error.line) == (str(study.folder / "rig.yaml"), 5)
+
+
+def test_a_missing_extension_is_named(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    with_marks(study, "{kind: lsl}")
+    monkeypatch.setattr(MARKS, "_loaded", {})
+    monkeypatch.setitem(sys.modules, "extensions.marks.lsl", None)
+    (broken,) = check_file(study.folder / "rig.yaml", CheckOptions(screen=False)).errors
+    assert "extensions.marks.lsl does not load" in broken.message
+    assert known(broken.remedy).endswith("install cyclopean again")
 
 
 @pytest.mark.parametrize(
@@ -220,18 +235,20 @@ class Failing:
 
 
 @pytest.fixture
-def failing(study: Study, monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[int, MarkError]], Failing]:
-    def prepare(faults: dict[int, MarkError]) -> Failing:
-        with_marks(study, "{kind: serial, port: COM7}")
-        port = Failing(faults)
-        monkeypatch.setattr(module, "open_mark_port", lambda spec: port)
+def opened(study: Study, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+    """Let the rig have one entry, which opens a port that is given."""
+
+    def prepare(port: Any, entry: str = "{kind: serial, port: COM7}") -> Any:
+        with_marks(study, entry)
+        for kind in (LslMarksSpec, SerialMarksSpec):
+            monkeypatch.setattr(kind, "open", lambda spec: port)
         return port
 
     return prepare
 
 
-def test_a_port_lost_in_mid_session_costs_its_marks_and_no_answer(study: Study, failing: Any) -> None:
-    port = failing({6: PortLostError(Finding("the port is gone: pulled out", "COM7"))})
+def test_a_port_lost_in_mid_session_costs_its_marks_and_no_answer(study: Study, opened: Any) -> None:
+    port = opened(Failing({6: PortLostError(Finding("the port is gone: pulled out", "COM7"))}))
     log, said = run(study)
     assert log.complete
     assert len(log.trials) == RECORDS
@@ -247,9 +264,9 @@ def test_a_port_lost_in_mid_session_costs_its_marks_and_no_answer(study: Study, 
     assert ["11 timing marks were not sent" in line for line in said] == [True]
 
 
-def test_a_port_that_blocks_is_tried_again(study: Study, failing: Any) -> None:
+def test_a_port_that_blocks_is_tried_again(study: Study, opened: Any) -> None:
     full = MarkError(Finding("the port takes no more bytes: nothing reads them", "COM7"))
-    failing({4: full, 5: full, 9: full})
+    opened(Failing({4: full, 5: full, 9: full}))
     log, said = run(study)
     assert log.complete
     failed = [number for number, mark in enumerate(marks_of(log), start=1) if "failed" in mark]
@@ -261,8 +278,8 @@ def test_a_port_that_blocks_is_tried_again(study: Study, failing: Any) -> None:
     assert ["3 timing marks were not sent" in line for line in said] == [True]
 
 
-def test_the_experimenter_is_told_in_the_line_of_the_session(study: Study, failing: Any) -> None:
-    failing({3: MarkError(Finding("full", "COM7"))})
+def test_the_experimenter_is_told_in_the_line_of_the_session(study: Study, opened: Any) -> None:
+    opened(Failing({3: MarkError(Finding("full", "COM7"))}))
     lines: list[str] = []
     run(study, listeners=(OnStatus(lambda status: lines.append(status.line())),))
     told = ["CHECK: timing marks" in line for line in lines]
@@ -335,8 +352,8 @@ def test_the_export_describes_the_marks(study: Study) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.nightly
-def test_the_report_counts_trials_without_their_marks(study: Study, failing: Any) -> None:
-    failing({5: MarkError(Finding("full", "COM7")), 6: MarkError(Finding("full", "COM7"))})
+def test_the_report_counts_trials_without_their_marks(study: Study, opened: Any) -> None:
+    opened(Failing({5: MarkError(Finding("full", "COM7")), 6: MarkError(Finding("full", "COM7"))}))
     run(study)
     study.cyclopean("report", study.results, "--no-thumbnails")
     page = " ".join((study.results / "report.html").read_text().split())
@@ -404,19 +421,12 @@ class Stream:
         pass
 
 
-def on_stream(study: Study, monkeypatch: pytest.MonkeyPatch, stream: Stream, more: str = "") -> None:
-    with_marks(study, f"{{kind: lsl{more}}}")
-    monkeypatch.setattr(module, "open_mark_port", lambda spec: stream)
-
-
 def values(text: str) -> dict[str, str]:
     return dict(pair.split("=") for pair in text.split())
 
 
-def test_a_stream_that_nobody_receives_is_waited_for_and_then_warned_of(
-    study: Study, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    on_stream(study, monkeypatch, Stream(10_000), ", wait_s: 0.2")
+def test_a_stream_that_nobody_receives_is_waited_for_and_then_warned_of(study: Study, opened: Any) -> None:
+    opened(Stream(10_000), "{kind: lsl, wait_s: 0.2}")
     began_s = time.monotonic()
     log, said = run(study)
     assert time.monotonic() - began_s >= 0.2
@@ -427,11 +437,8 @@ def test_a_stream_that_nobody_receives_is_waited_for_and_then_warned_of(
     assert [check.findings for check in check_results(study.results).logs] == [()]
 
 
-def test_a_recorder_that_comes_in_time_ends_the_waiting_and_is_no_remark(
-    study: Study, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stream = Stream(0, looks=4)
-    on_stream(study, monkeypatch, stream, ", wait_s: 600")
+def test_a_recorder_that_comes_in_time_ends_the_waiting_and_is_no_remark(study: Study, opened: Any) -> None:
+    stream = opened(Stream(0, looks=4), "{kind: lsl, wait_s: 600}")
     log, said = run(study)
     assert len(said) == 1
     assert log.header.remarks == ()
@@ -439,9 +446,8 @@ def test_a_recorder_that_comes_in_time_ends_the_waiting_and_is_no_remark(
     assert stream.texts == [mark["code"] for mark in marks_of(log)]
 
 
-def test_a_recording_that_began_late_is_joined_by_trial(sunny: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    stream = Stream(6)
-    on_stream(sunny, monkeypatch, stream, ", wait_s: 0, onset: my onset")
+def test_a_recording_that_began_late_is_joined_by_trial(sunny: Study, opened: Any) -> None:
+    stream = opened(Stream(6), "{kind: lsl, wait_s: 0, onset: my onset}")
     log, _ = run(sunny)
     received = [values(text) for text in stream.texts[5:]]
     assert [("failed" in mark, mark["code"]) for mark in marks_of(log)] == [
@@ -484,15 +490,14 @@ def test_a_recorder_that_connects_while_a_mark_is_sent_has_not_received_it() -> 
     ],
 )
 def test_check_warns_of_a_stream_that_nobody_receives_and_no_session_waits_for(
-    study: Study, monkeypatch: pytest.MonkeyPatch, entry: str, heard_after: int, warned: bool
+    study: Study, opened: Any, monkeypatch: pytest.MonkeyPatch, entry: str, heard_after: int, warned: bool
 ) -> None:
     looks = iter(range(1_000_000))
     monkeypatch.setattr(
         Failing, "is_heard", property(lambda port: next(looks) >= heard_after, lambda port, heard: None)
     )
-    monkeypatch.setattr("runner.check.timing_marks.open_mark_port", lambda spec: Failing({}))
-    monkeypatch.setattr("runner.check.timing_marks._RECEIVED_WITHIN_S", 0.3)
-    with_marks(study, entry)
+    monkeypatch.setattr("extensions.marks.session._RECEIVED_WITHIN_S", 0.3)
+    opened(Failing({}), entry)
     told = study.cyclopean("check", study.folder / "rig.yaml").stdout
     warnings = [line for line in told.splitlines() if "nobody receives" in line]
     assert len(warnings) == warned
@@ -503,18 +508,15 @@ def test_a_trial_that_is_asked_once_more_says_so() -> None:
     again = Marked("answer", 1, 4, attempt=1, timed="pair", condition={"lamp %": "a=b, c"})
     assert values(again.text)["attempt"] == "1"
     assert values(again.text)["condition.lamp%20%25"] == "a%3Db%2C%20c"
-    rules = (
-        "event=answer attempt=1",
-        "event=answer timed=pair trial=4",
-        "event=answer condition.lamp%20%25=a%3Db%2C%20c",
-    )
-    assert all(again.fits(rule) for rule in rules)
+    rules = ("attempt=1", "timed=pair trial=4", "condition.lamp%20%25=a%3Db%2C%20c")
+    assert all(again.fits(f"event=answer {rule}") for rule in rules)
     assert not any(again.fits(rule) for rule in ("attempt=1", "event=answer attempt=0", "event=answer stimuli=a"))
 
 
 def test_an_onset_is_marked_once_however_often_its_scene_is_asked() -> None:
     port = Failing({})
-    marks = TimingMarks((OpenMarks(SerialMarksSpec(kind="serial", port="COM7"), port),), lambda: 5.0)
+    opened = OpenMarks(SerialMarksSpec(kind="serial", port="COM7"), port)
+    marks = TimingMarks((opened,), lambda: 5.0, {}, lambda words, by: None)
     for onset_s in (1.0, 1.0, 2.0):
         marks.hear(SceneShown(Shown(0, 0, 0, "", (), 0), onset_s))
     marks.hear(recording := Recording(0, ()))

@@ -7,18 +7,59 @@ short limit it reports bytes as lost that were sent, where the machine was busy 
 from __future__ import annotations
 
 import errno
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from typing import Annotated, Literal
 
 import serial
+from pydantic import Field
 from serial.tools.list_ports import comports
 
-from devices.timing_marks.port import Code, MarkError, PortLostError
-from devices.timing_marks.pulse import Pulse
-from devices.timing_marks.spec import SerialMarksSpec
 from documents import Finding
-from documents.platform import serial_errors, serial_writer
+from documents.platform import pseudo_terminal, serial_errors, serial_writer
+from extensions.marks.kind import Byte, Code, CodedMarks, Loopback, MarkError, MarkPort, PortLostError, PulseMs
+from extensions.marks.pulse import Pulse
 
 _GONE = serial_errors()
+
+
+class SerialMarksSpec(CodedMarks):
+    """Marks on a serial port: one byte each, 8 data bits, no parity, 1 stop bit."""
+
+    kind: Literal["serial"]
+    """A serial port, also one of an adapter or a trigger box at USB."""
+    port: str = Field(min_length=1)
+    """The port, such as /dev/ttyUSB0 or COM4."""
+    baud: Annotated[int, Field(ge=50, le=4_000_000)] = 115_200
+    """The speed of the line, in baud."""
+    onset: Byte | None = 1
+    """The byte at each onset, 1 to 255; null sends none."""
+    answer: Byte | None = 2
+    """The byte at each answer, 1 to 255; null sends none."""
+    pulse_ms: PulseMs | None = None
+    """Milliseconds after which the byte 0 follows each mark; null sends no 0."""
+    trial_byte: bool = False
+    """Whether a second byte follows each mark: how many trials were recorded before it, 0 to 255 and from 0 again."""
+
+    @property
+    def with_trial_byte(self) -> bool:
+        """Whether the number of the trial follows each code."""
+        return self.trial_byte
+
+    def open(self) -> MarkPort:
+        """Open the port."""
+        return SerialPort(self)
+
+    @contextmanager
+    def loopback(self) -> Iterator[Loopback | None]:
+        """Open a pseudo-terminal of this machine; None where it has none."""
+        with pseudo_terminal() as terminal:
+            if terminal is None:
+                yield None
+                return
+            name, read = terminal
+            with closing(SerialPort(self.model_copy(update={"port": name, "pulse_ms": None}))) as port:
+                yield Loopback(port, "a pseudo-terminal", lambda within_s: bool(read(within_s)))
 
 
 class SerialPort:

@@ -1,0 +1,14 @@
+from .kind import Code as Code
+from .kind import CodedMarks as CodedMarks
+from .kind import Loopback as Loopback
+from .kind import Marked as Marked
+from .kind import MarkError as MarkError
+from .kind import MarkPort as MarkPort
+from .kind import MarksSpec as MarksSpec
+from .kind import PortLostError as PortLostError
+from .lsl import LslMarksSpec as LslMarksSpec
+from .parallel_port import ParallelMarksSpec as ParallelMarksSpec
+from .serial_port import SerialMarksSpec as SerialMarksSpec
+from .session import OpenMarks as OpenMarks
+from .session import SentMarks as SentMarks
+from .session import TimingMarks as TimingMarks
