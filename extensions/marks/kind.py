@@ -146,7 +146,7 @@ class MarksSpec(MarksKind):
 
     part = "extensions.marks.session:SentMarks"
 
-    def open(self) -> MarkPort:
+    def open_port(self) -> MarkPort:
         """Open the port, which no other program has.
 
         Raises

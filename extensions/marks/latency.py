@@ -75,7 +75,7 @@ def measure_marks(
     sent = looped = received = None
     by = ""
     try:
-        with closing(spec.open()) as port:
+        with closing(spec.open_port()) as port:
             sent, _ = _delays(spec, port, frame, marks)
     except MarkError as error:
         problems.append(placed(error.findings[0]))

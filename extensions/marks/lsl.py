@@ -107,7 +107,7 @@ class LslMarksSpec(MarksSpec):
         """How many seconds a session waits for a recorder."""
         return self.wait_s
 
-    def open(self) -> MarkPort:
+    def open_port(self) -> MarkPort:
         """Open the stream."""
         return LslStream(self.stream)
 

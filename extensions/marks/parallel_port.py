@@ -32,7 +32,7 @@ class ParallelMarksSpec(CodedMarks):
     pulse_ms: PulseMs = 5.0
     """Milliseconds after which the pins go back to 0."""
 
-    def open(self) -> MarkPort:
+    def open_port(self) -> MarkPort:
         """Open the port."""
         return ParallelPort(self)
 

@@ -46,7 +46,7 @@ class SerialMarksSpec(CodedMarks):
         """Whether the number of the trial follows each code."""
         return self.trial_byte
 
-    def open(self) -> MarkPort:
+    def open_port(self) -> MarkPort:
         """Open the port."""
         return SerialPort(self)
 

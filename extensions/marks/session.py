@@ -188,7 +188,7 @@ class SentMarks:
         """
         for place, spec in self._specs:
             try:
-                with closing(spec.open()) as port:
+                with closing(spec.open_port()) as port:
                     if not spec.waits_s and not wait_until_heard(port, _RECEIVED_WITHIN_S):
                         yield self._placed(place, _UNHEARD), True
             except MarkError as error:
@@ -199,7 +199,7 @@ class SentMarks:
         for place, spec in self._specs:
             yield measure_marks(spec, frame, partial(self._placed, place))
 
-    def open(self, notify: Callable[[str], None] = lambda sentence: None) -> None:
+    def prepare(self, notify: Callable[[str], None] = lambda sentence: None) -> None:
         """Open every port, and wait for those who receive its marks, as long as each entry says.
 
         ``notify`` is told what is waited for.
@@ -211,7 +211,7 @@ class SentMarks:
         """
         for place, spec in self._specs:
             try:
-                self.opened.append(OpenMarks(spec, spec.open()))
+                self.opened.append(OpenMarks(spec, spec.open_port()))
             except MarkError as error:
                 raise MarkError(self._placed(place, error.findings[0])) from error
         for marks in self.opened:

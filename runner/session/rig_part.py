@@ -34,7 +34,7 @@ class RigPart(Protocol):
     def measured(self, frame: Callable[[], object]) -> Iterator[Measured]:
         """Measure each entry right after ``frame``, which draws and swaps, again and again."""
 
-    def open(self, notify: Callable[[str], None]) -> None:
+    def prepare(self, notify: Callable[[str], None]) -> None:
         """Open the part; ``notify`` is told what is waited for. InputError if it cannot be opened."""
 
     def remarks(self) -> Iterator[str]:

@@ -119,7 +119,7 @@ class Station:
             parts = parts_of(rig) if options.sends_marks else ()
             for part in parts:
                 undo.callback(part.close)
-                part.open(options.notify)
+                part.prepare(options.notify)
             surface = open_surface(
                 options.surface,
                 rig.display.panel.resolution_px,

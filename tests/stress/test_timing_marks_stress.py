@@ -42,7 +42,7 @@ def test_a_reader_that_stalls_gets_what_was_sent_and_nothing_else(seed: int) -> 
         thread = threading.Thread(target=reader)
         thread.start()
         sent, lost = bytearray(), 0
-        with closing(SerialMarksSpec(kind="serial", port=name).open()) as port:
+        with closing(SerialMarksSpec(kind="serial", port=name).open_port()) as port:
             for _ in range(150_000):
                 code = rng.randint(1, 255)
                 try:
@@ -63,7 +63,7 @@ def test_each_pulse_ends_in_0_unless_a_mark_cuts_it_short(pulse_ms: float) -> No
     with pseudo_terminal() as pair:
         name, read = known(pair)
         codes, waits_s = [], []
-        with closing(SerialMarksSpec(kind="serial", port=name, pulse_ms=pulse_ms).open()) as port:
+        with closing(SerialMarksSpec(kind="serial", port=name, pulse_ms=pulse_ms).open_port()) as port:
             for _ in range(1500):
                 code = rng.randint(1, 255)
                 port.send(code, 0.0)

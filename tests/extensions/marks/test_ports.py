@@ -44,7 +44,7 @@ def read_all(read: Callable[[float], bytes], count: int) -> bytes:
 
 def test_a_serial_mark_is_its_byte_and_every_value_goes_through(terminal: Any) -> None:
     name, read = terminal
-    with closing(serial(name).open()) as port:
+    with closing(serial(name).open_port()) as port:
         for code in range(1, 256):
             port.send(code, time.monotonic())
         assert read_all(read, 255) == bytes(range(1, 256))
@@ -52,7 +52,7 @@ def test_a_serial_mark_is_its_byte_and_every_value_goes_through(terminal: Any) -
 
 def test_a_pulse_ends_in_0_and_a_mark_within_it_begins_a_new_one(terminal: Any) -> None:
     name, read = terminal
-    with closing(serial(name, pulse_ms=100).open()) as port:
+    with closing(serial(name, pulse_ms=100).open_port()) as port:
         port.send(7, 0.0)
         port.send(9, 0.0)
         sent_s = time.monotonic()
@@ -64,7 +64,7 @@ def test_a_pulse_ends_in_0_and_a_mark_within_it_begins_a_new_one(terminal: Any) 
 
 def test_a_port_that_is_not_there_is_named_with_those_that_are() -> None:
     with pytest.raises(MarkError) as refused:
-        serial("/dev/no_such_port").open()
+        serial("/dev/no_such_port").open_port()
     (fault,) = refused.value.findings
     assert (fault.file, fault.message) == ("/dev/no_such_port", "there is no such serial port")
     assert known(fault.remedy).startswith("ports here: ")
@@ -72,8 +72,8 @@ def test_a_port_that_is_not_there_is_named_with_those_that_are() -> None:
 
 def test_a_port_in_use_is_one_message(terminal: Any) -> None:
     name, _ = terminal
-    with closing(serial(name).open()), pytest.raises(MarkError, match="in use by another program") as refused:
-        serial(name).open()
+    with closing(serial(name).open_port()), pytest.raises(MarkError, match="in use by another program") as refused:
+        serial(name).open_port()
     assert refused.value.findings[0].remedy == "close that program"
 
 
@@ -81,7 +81,7 @@ def test_a_file_is_no_serial_port(tmp_path: Any) -> None:
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(MarkError, match="the serial port cannot be opened"):
-        serial(str(file)).open()
+        serial(str(file)).open_port()
     assert file.read_text() == ""
 
 
@@ -105,13 +105,13 @@ def test_each_refusal_of_a_serial_port_is_explained(
 
     monkeypatch.setattr("extensions.marks.serial_port.serial.Serial", refuse)
     with pytest.raises(MarkError, match=SERIAL_REFUSALS[number, words]) as refused:
-        serial("/dev/ttyUSB0").open()
+        serial("/dev/ttyUSB0").open_port()
     assert refused.value.findings[0].remedy
 
 
 def test_a_port_that_nobody_reads_never_blocks_and_works_again(terminal: Any) -> None:
     name, read = terminal
-    with closing(serial(name).open()) as port:
+    with closing(serial(name).open_port()) as port:
         refused = None
         longest_s, sent = 0.0, 0
         while refused is None and sent < 200_000:
@@ -133,7 +133,7 @@ def test_a_port_that_nobody_reads_never_blocks_and_works_again(terminal: Any) ->
 
 def test_a_port_that_goes_away_is_lost() -> None:
     with pseudo_terminal() as pair:
-        port = serial(known(pair)[0]).open()
+        port = serial(known(pair)[0]).open_port()
     with pytest.raises(PortLostError, match="the port is gone"):
         port.send(1, 0.0)
     port.close()
@@ -176,7 +176,7 @@ def test_a_stream_carries_words_and_the_time_of_the_event() -> None:
 
 @needs_lsl
 def test_a_stream_knows_whether_it_is_received() -> None:
-    with closing(LslMarksSpec(kind="lsl", stream=f"unheard {os.getpid()}").open()) as port:
+    with closing(LslMarksSpec(kind="lsl", stream=f"unheard {os.getpid()}").open_port()) as port:
         assert not port.is_heard
         port.send("onset", time.monotonic())
 
@@ -184,7 +184,7 @@ def test_a_stream_knows_whether_it_is_received() -> None:
 def test_a_trial_byte_follows_its_code(terminal: Any) -> None:
     name, read = terminal
     for more, ends in (({}, b""), ({"pulse_ms": 1000}, b"\x00")):
-        with closing(serial(name, **more).open()) as port:
+        with closing(serial(name, **more).open_port()) as port:
             port.send(7, 0.0, 0)
             port.send(9, 0.0, 255)
         assert read_all(read, 4 + len(ends)) == bytes([7, 0, 9, 255]) + ends
@@ -193,7 +193,7 @@ def test_a_trial_byte_follows_its_code(terminal: Any) -> None:
 def test_a_missing_package_says_what_to_type(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pylsl", None)
     with pytest.raises(MarkError) as refused:
-        LslMarksSpec(kind="lsl").open()
+        LslMarksSpec(kind="lsl").open_port()
     (fault,) = refused.value.findings
     assert "the package pylsl" in fault.message
     assert fault.remedy == "pip install '.[lsl]'"
@@ -204,17 +204,17 @@ def test_a_missing_library_says_where_it_is(monkeypatch: pytest.MonkeyPatch, tmp
     (tmp_path / "pylsl.py").write_text("raise RuntimeError('LSL binary library file was not found.')\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(MarkError, match="liblsl is not") as refused:
-        LslMarksSpec(kind="lsl").open()
+        LslMarksSpec(kind="lsl").open_port()
     assert "PYLSL_LIB" in str(refused.value)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own parallel ports")
 def test_parallel_ports_that_cannot_be_had() -> None:
     with pytest.raises(MarkError, match="there is no such parallel port") as refused:
-        ParallelMarksSpec(kind="parallel", port="/dev/parport77").open()
+        ParallelMarksSpec(kind="parallel", port="/dev/parport77").open_port()
     assert "modprobe" in str(refused.value)
     with pytest.raises(MarkError, match="this is no parallel port"):
-        ParallelMarksSpec(kind="parallel", port="/dev/null").open()
+        ParallelMarksSpec(kind="parallel", port="/dev/null").open_port()
     with ParallelMarksSpec(kind="parallel").loopback() as loopback:
         assert loopback is None
 
@@ -234,7 +234,7 @@ def test_each_refusal_of_a_parallel_port_is_explained(number: int, monkeypatch: 
 
     monkeypatch.setattr(parallel_module, "open_parallel_port", refuse)
     with pytest.raises(MarkError, match=REFUSALS[number]) as refused:
-        ParallelMarksSpec(kind="parallel").open()
+        ParallelMarksSpec(kind="parallel").open_port()
     assert refused.value.findings[0].remedy
 
 
@@ -250,7 +250,7 @@ def test_what_a_parallel_port_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
         return 0
 
     monkeypatch.setattr(fcntl, "ioctl", ioctl)
-    port = ParallelMarksSpec(kind="parallel", port="/dev/null", pulse_ms=20).open()
+    port = ParallelMarksSpec(kind="parallel", port="/dev/null", pulse_ms=20).open_port()
     port.send(129, 0.0)
     until_s = time.monotonic() + 20
     while len(asked) < 5 and time.monotonic() < until_s:

@@ -147,7 +147,7 @@ def test_a_port_in_use_is_refused_and_the_others_are_closed_again(study: Study) 
     with pseudo_terminal() as one, pseudo_terminal() as other_one:
         first, second = known(one), known(other_one)
         with_marks(study, *(f"{{kind: serial, port: {name}}}" for name, _ in (first, second)))
-        other = SerialMarksSpec(kind="serial", port=second[0]).open()
+        other = SerialMarksSpec(kind="serial", port=second[0]).open_port()
         with pytest.raises(InputError, match=rf"rig.yaml:5:.*serial {second[0]}: .*in use by another program"):
             run(study)
         other.close()
@@ -167,7 +167,7 @@ def test_ports_before_one_that_cannot_be_opened_are_closed(study: Study, monkeyp
             raise MarkError(Finding("there is no such serial port", "COM8"))
         return port
 
-    monkeypatch.setattr(SerialMarksSpec, "open", open_first)
+    monkeypatch.setattr(SerialMarksSpec, "open_port", open_first)
     with pytest.raises(MarkError, match="serial COM8: "):
         run(study)
     assert port.closed
@@ -241,7 +241,7 @@ def opened(study: Study, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
     def prepare(port: Any, entry: str = "{kind: serial, port: COM7}") -> Any:
         with_marks(study, entry)
         for kind in (LslMarksSpec, SerialMarksSpec):
-            monkeypatch.setattr(kind, "open", lambda spec: port)
+            monkeypatch.setattr(kind, "open_port", lambda spec: port)
         return port
 
     return prepare
