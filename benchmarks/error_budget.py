@@ -16,7 +16,7 @@ import numpy as np
 from curves import Row, program, seconds
 from promises import Promise, worst
 
-from devices.budget import BudgetRow, Encoding, OwnPixels, SmoothScene, Step
+from devices.budget import BudgetRow, Encoding, OwnPixels, PathStep, SmoothScene
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import Correction
 from devices.compensation.crosstalk_cancel import seen_XYZ
@@ -57,7 +57,7 @@ def of_budget(rig: Rig, crosstalk: Crosstalk | None) -> float:
     """Return the same from the budget's path."""
     path = OwnPixels(rig.models, Encoding(255, entries_for(255, dithered=False), dithered=False), Correction(crosstalk))
     asked = {eye: SmoothScene(rig.models, SCENE_PX).view(eye, SCENE_PX).reshape(-1, 3) for eye in EYES}
-    seen = path.seen(asked, set(Step) - {Step.HALF_FLOATS})
+    seen = path.seen(asked, set(PathStep) - {PathStep.HALF_FLOATS})
     white = rig.models.left.white_XYZ_cd_m2
     return float(
         np.mean([delta_e_2000(xyz_to_lab(asked[eye], white), xyz_to_lab(seen[eye], white)).mean() for eye in EYES])

@@ -18,7 +18,7 @@ from promises import Promise, worst
 from devices.chart.layout import patch_quadrangles
 from documents.arrays import Floats
 from stimuli.comparison.areas import AreaMean, area_means, inside, window
-from stimuli.comparison.regions import Region
+from stimuli.comparison.regions import PairedArea
 from stimuli.comparison.table import region_table
 
 SMALLER = sized(1, 8)
@@ -99,7 +99,7 @@ def run() -> dict[str, object]:
 
 def _tables() -> list[dict[str, object]]:
     rng = np.random.default_rng(1)
-    regions = [Region(str(n), "cell", np.zeros((4, 2)), np.zeros((4, 2)), "g") for n in range(REGIONS)]
+    regions = [PairedArea(str(n), "cell", np.zeros((4, 2)), np.zeros((4, 2)), "g") for n in range(REGIONS)]
     photo = [AreaMean(400, colour, np.ones(3), 1e-4 * np.eye(3), 0.0) for colour in rng.uniform(5, 80, (REGIONS, 3))]
     rendering = [AreaMean(400, one.XYZ * 1.03, np.ones(3), 1e-4 * np.eye(3), 0.0) for one in photo]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
 from documents.arrays import Floats
-from extensions.thresholds import FUNCTIONS, Choices, QuestPlus, Staircase, fit_threshold, simulate
+from extensions.thresholds import FUNCTIONS, LevelChooser, QuestPlus, Staircase, fit_threshold, simulate
 
 X = np.linspace(-2, 0, 41)
 SLOPES, LAPSES = (2.0, 3.0, 4.0, 5.0), (0.0, 0.01, 0.02, 0.03, 0.04)
@@ -38,7 +38,7 @@ def quest_plus() -> QuestPlus:
     return QuestPlus(X, thresholds=X, slopes=SLOPES, lapses=LAPSES)
 
 
-def standard() -> Choices:
+def standard() -> LevelChooser:
     """Return the method as blocks use it."""
     return QuestPlus.standard(X)
 
@@ -55,7 +55,7 @@ def plain_information(quest: QuestPlus, right: Floats) -> Floats:
     return total
 
 
-def thresholds_found(make: Callable[[], Choices], trials: int, observers: int = OBSERVERS) -> tuple[Floats, float]:
+def thresholds_found(make: Callable[[], LevelChooser], trials: int, observers: int = OBSERVERS) -> tuple[Floats, float]:
     """Return the errors of the fitted thresholds (decimal logarithms), and the share of intervals with the true one."""
     errors, covered = [], 0
     for seed in range(observers):
@@ -124,7 +124,7 @@ def run() -> dict[str, object]:
         taken = block_choice_s(guess)
         slowest = max(slowest, taken)
         rows.append({"series": "a trial of a block", "parameter": f"{words} × 41", "seconds": taken, "error": None})
-    methods: dict[str, Callable[[], Choices]] = {
+    methods: dict[str, Callable[[], LevelChooser]] = {
         "QUEST+": lambda: QuestPlus.standard(X),
         "staircase": lambda: Staircase(41, 35),
     }

@@ -155,7 +155,7 @@ class ObserverLeft(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class Button:
     """A rectangle that can be clicked: its middle and size (width, height) in pixels, as places in a scene are."""
 
     offset_px: Offset
@@ -182,7 +182,7 @@ class Ask:
     keys: Mapping[str, str] = field(default_factory=dict)
     upcoming: Scene | None = None
     task: Task = NOTHING
-    targets: Mapping[str, Target] = field(default_factory=dict)
+    targets: Mapping[str, Button] = field(default_factory=dict)
     typing: bool = False
     least_s: float = 0.0
 
@@ -232,7 +232,7 @@ class NoOthers:
         return step.choose(PooledAnswers(zeros((len(step.stimuli), len(step.stimuli)))))
 
 
-class Presenter(Protocol):
+class AnyPresenter(Protocol):
     """Shows scenes."""
 
     def show(self, scene: Scene) -> float:

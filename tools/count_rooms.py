@@ -180,12 +180,17 @@ def counts_of(root: Path) -> dict[str, dict[str, int]]:
     leaves = [name for name, file in modules.items() if file.name != "__init__.py"]
     core = {name: file for name, file in modules.items() if not name.startswith("extensions")}
     trees = {name: ast.parse(file.read_text(encoding="utf-8")) for name, file in modules.items()}
-    classes = {name: sum(isinstance(node, ast.ClassDef) for node in ast.walk(tree)) for name, tree in trees.items()}
+    named = {
+        name: [one.name for one in ast.walk(tree) if isinstance(one, ast.ClassDef)] for name, tree in trees.items()
+    }
+    classes = {name: len(own) for name, own in named.items()}
+    meanings = Counter(one for own in named.values() for one in own if not one.startswith("_"))
     pages = [file for file in (root / "docs").glob("*.md") if file.name != "api.md"]
     whole = {
         "lines": lines_of(modules.values()),
         "modules": len(leaves),
         "classes": sum(classes.values()),
+        "class_names_shared": sum(count > 1 for count in meanings.values()),
         "circles": len(circles(modules, faces)),
         **forms_of(list(trees.values())),
         "one_importer_percent": round(100 * len(once_imported(modules, faces)) / len(leaves)),

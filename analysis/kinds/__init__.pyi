@@ -21,5 +21,5 @@ from .trial import PRACTICE as PRACTICE
 from .trial import TIME as TIME
 from .trial import ColumnWords as ColumnWords
 from .trial import OutcomeRecord as OutcomeRecord
-from .trial import Session as Session
+from .trial import SoFar as SoFar
 from .trial import Trial as Trial

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from analysis.kinds.fields import Count
 from analysis.kinds.pair import PairRecord
-from analysis.kinds.trial import Session
+from analysis.kinds.trial import SoFar
 
 
 class ActivePairsRecord(PairRecord):
@@ -26,7 +26,7 @@ class ActivePairsRecord(PairRecord):
 
     batch: Count
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the batch with the one before."""
         yield from super().contradictions(session, practised=practised)
         if self.attempt == 0:

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 
 from analysis.kinds.fields import Fields, Name, Seconds
 from analysis.kinds.pair import EachRating, PairRecord
-from analysis.kinds.trial import TIMES, Rated, Session
+from analysis.kinds.trial import TIMES, Rated, SoFar
 
 
 class EachTime(Fields):
@@ -49,7 +49,7 @@ class AllPairsRecord(PairRecord):
         """Return whether it is such a catch trial."""
         return self.catch == "identical"
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare what is right in a catch trial, and ratings with what was chosen."""
         yield from super().contradictions(session, practised=practised)
         if (self.correct is not None) != (self.catch == "obvious"):
@@ -71,7 +71,7 @@ class AllPairsRecord(PairRecord):
             elif not both and (value is None) == (self.answer in ("first", "second")):
                 yield f"the rating '{name}' is {'missing' if value is None else 'there'}, by the answer it is not"
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the times of ratings with the presses."""
         yield from super().pressed_otherwise(session, practised=practised)
         taken_s = sum([seconds for _, seconds in self.events])

@@ -9,7 +9,7 @@ from pydantic import Field, Strict
 
 from analysis.kinds.fields import Count, Name, Seconds
 from analysis.kinds.rating import RatedRecord
-from analysis.kinds.trial import ROUNDING_S, TIMES, Session, is_near
+from analysis.kinds.trial import ROUNDING_S, TIMES, SoFar, is_near
 
 Visit = Annotated[tuple[Count, Seconds], Strict(False)]
 _LEAF = {
@@ -55,7 +55,7 @@ class BestOfSeriesRecord(RatedRecord):
         """Those of the series."""
         return tuple(self.members)
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the choice with the path, and the times with those on the path."""
         yield from super().contradictions(session, practised=practised)
         count = len(self.members)
@@ -71,7 +71,7 @@ class BestOfSeriesRecord(RatedRecord):
         elif abs(self.response_time_s - sum([s for _, s in self.path])) > ROUNDING_S * (1 + len(self.path)):
             yield f"the response time is {self.response_time_s:g} s, which is not that of its path"
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the path with the presses."""
         yield from super().pressed_otherwise(session, practised=practised)
         yield from self._pressed(session)
@@ -83,7 +83,7 @@ class BestOfSeriesRecord(RatedRecord):
         near = ROUNDING_S * (1 + len(self.path))
         return all(abs(total - stated) <= near for total, stated in zip(sums, self.dwell_s, strict=True))
 
-    def _pressed(self, session: Session) -> Iterator[str]:
+    def _pressed(self, session: SoFar) -> Iterator[str]:
         """Yield what is wrong if no run of presses has the times of the path and leads along it.
 
         Presses of a page before, or of a rating after, may have the same times.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
-from analysis.kinds.trial import Session, Trial
+from analysis.kinds.trial import SoFar, Trial
 
 
 class PageRecord(Trial):
@@ -17,7 +17,7 @@ class PageRecord(Trial):
     answers_task = False
     is_page = True
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the time with the press that ended it."""
         yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=True)

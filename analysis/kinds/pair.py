@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 from analysis.kinds.fields import Fields, Name, Whole
-from analysis.kinds.trial import NAMED, ColumnWords, Rated, Session, Trial
+from analysis.kinds.trial import NAMED, ColumnWords, Rated, SoFar, Trial
 
 Answer = Literal["first", "second"]
 TIES = ("no_difference", "not_sure")
@@ -89,13 +89,13 @@ class PairRecord(Trial):
         """Both."""
         return self.first, self.second
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the choice with the answer, and the group with the stimuli's factors."""
         yield from self._choice()
         if not (self.group is None and self.group_factor is None):
             yield from self._group(session.factors)
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the answer with its key."""
         yield from super().pressed_otherwise(session, practised=practised)
         last = self.ratings is None and not practised

@@ -9,7 +9,7 @@ from pydantic import Field, Strict
 
 from analysis.kinds.fields import Seconds
 from analysis.kinds.pair import Answer, PairRecord
-from analysis.kinds.trial import TIME, Session, is_near
+from analysis.kinds.trial import TIME, SoFar, is_near
 
 
 class PreferenceRecord(PairRecord):
@@ -39,13 +39,13 @@ class PreferenceRecord(PairRecord):
         """Never: it compares versions of a picture."""
         return False
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the versions with the choice."""
         yield from super().contradictions(session, practised=practised)
         if (self.chosen_view == self.first_view) != (self.answer == "first"):
             yield f"the first is {self.first_view}, the answer {self.answer} and the chosen one {self.chosen_view}"
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the times on the intervals with the presses."""
         yield from super().pressed_otherwise(session, practised=practised)
         times = [seconds for _, seconds in self.events]

@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import ClassVar, Literal
 
 from analysis.kinds.fields import Name, Text, Typed, TypedWhole
-from analysis.kinds.trial import ROUNDING_S, TIME, ColumnWords, Session, Trial
+from analysis.kinds.trial import ROUNDING_S, TIME, ColumnWords, SoFar, Trial
 
 
 class QuestionRecord(Trial):
@@ -35,12 +35,12 @@ class QuestionRecord(Trial):
         """What was answered."""
         return str(self.answer)
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the answer with how it was given."""
         if self.answer is not None and isinstance(self.answer, str) == (self.answered_by == "number"):
             yield f"the answer {self.answer!r} is no {self.answered_by}"
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the time with the presses, among which is what was typed."""
         total = sum([seconds for _, seconds in self.events])
         if abs(self.response_time_s - total) > ROUNDING_S * (1 + len(self.events)):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
 from analysis.kinds.fields import Name, Seconds, Whole
-from analysis.kinds.trial import ROUNDING_S, TIME, TIMES, Rated, Session, Trial
+from analysis.kinds.trial import ROUNDING_S, TIME, TIMES, Rated, SoFar, Trial
 
 _ACCEPT = ("enter", "space", "pad_a", "click accept")
 
@@ -22,12 +22,12 @@ class RatedRecord(Trial):
         """What was answered."""
         return ", ".join(f"{name} {value}" for name, value in self.ratings.items())
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the ratings with their times."""
         if self.ratings.keys() != self.rating_times_s.keys():
             yield "'ratings' and 'rating_times_s' are not of the same scales"
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the times with the presses, and a rating with the digit that gave it."""
         yield from super().pressed_otherwise(session, practised=practised)
         total = sum([seconds for _, seconds in self.events])
@@ -68,7 +68,7 @@ class RatingRecord(RatedRecord):
         """Yield each rating."""
         yield from (Rated("alone", scale, self.stimulus, value) for scale, value in self.ratings.items())
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the response time with those of the ratings."""
         yield from super().contradictions(session, practised=practised)
         if abs(self.response_time_s - sum(self.rating_times_s.values())) > ROUNDING_S * (1 + len(self.ratings)):

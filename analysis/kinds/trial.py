@@ -78,7 +78,7 @@ class ColumnWords:
 
 
 @dataclass(slots=True)
-class Session:
+class SoFar:
     """What the records of a session so far say: what the next one must agree with.
 
     ``own_keys`` is whether the experiment gives keys other meanings; ``answers_of`` maps each key, where it was
@@ -237,14 +237,14 @@ class Trial(Fields):
         """Return what the line says beside where and when: what the kind records, and how it was shown."""
         return {key: value for key, value in self.to_json().items() if key not in PLACED}
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Yield what in this record contradicts itself or the records before it.
 
         Where it is ``practised``, pages of feedback may follow the answer.
         """
         yield from ()
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Yield what in this record cannot come of its presses: a response time longer than all that was waited for."""
         total = sum([seconds for _, seconds in self.events])
         if self.response_time_s > total + ROUNDING_S * (1 + len(self.events)):

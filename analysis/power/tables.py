@@ -9,7 +9,7 @@ from typing import TextIO
 from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.results import Needed
 from documents.files import whole_file
-from documents.pages import Block, Column, Heading, Paragraph, Shown, Table
+from documents.pages import Block, Column, Heading, Paragraph, ShownAs, Table
 from documents.tables import csv_lines
 
 COLUMNS = ("observers", "quantity", "item", "other", "value", "standard_error")
@@ -45,12 +45,12 @@ def size_table(needed: Needed) -> Table:
     return Table("sizes", "", columns, rows, shaded=found)
 
 
-def _width(value: float, error: float) -> Shown:
-    return Shown(value, f"{value:.3f}" if error < 0.0005 else f"{value:.3f} ± {error:.3f}")
+def _width(value: float, error: float) -> ShownAs:
+    return ShownAs(value, f"{value:.3f}" if error < 0.0005 else f"{value:.3f} ± {error:.3f}")
 
 
-def _percent(share: float, error: float) -> Shown:
-    return Shown(share, percent(share, error))
+def _percent(share: float, error: float) -> ShownAs:
+    return ShownAs(share, percent(share, error))
 
 
 def percent(share: float, error: float) -> str:

@@ -69,7 +69,7 @@ def counts(who: WhoAnswered, *, simulated: bool, with_simulated: bool = False) -
 
 
 @dataclass(frozen=True, slots=True)
-class Pool:
+class Counted:
     """The ``sessions`` that count together, in order, and those of simulated observers that are ``left_out``."""
 
     sessions: tuple[SessionLog, ...]
@@ -89,7 +89,7 @@ def left_out_note(sessions: int) -> str:
     return f"{sessions} {words} left out, beside those of people; --with-simulated counts {them} too."
 
 
-def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Pool:
+def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Counted:
     """Return the sessions that count together: of people, of simulated observers where there are no people, or both.
 
     Parameters
@@ -102,7 +102,7 @@ def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Poo
 
     Returns
     -------
-    Pool
+    Counted
         The sessions that count, in the order given.
     """
     who = who_answered(sessions)
@@ -110,9 +110,11 @@ def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Poo
         one for one in sessions if counts(who, simulated=one.header.simulated, with_simulated=with_simulated)
     )
     if len(chosen) < len(sessions):
-        return Pool(chosen, who_answered(one for one in sessions if one.header.simulated))
+        return Counted(chosen, who_answered(one for one in sessions if one.header.simulated))
     shared = frozenset(who.shared)
-    return Pool(tuple(_apart(one) if one.header.simulated and one.header.observer in shared else one for one in chosen))
+    return Counted(
+        tuple(_apart(one) if one.header.simulated and one.header.observer in shared else one for one in chosen)
+    )
 
 
 def _apart(session: SessionLog) -> SessionLog:

@@ -58,7 +58,7 @@ class EyeCosts(Fields):
     projection_delta_e_00_max: NotNegative | None = None
 
 
-class Crosstalk(Fields):
+class Uncancelled(Fields):
     """What crosstalk could not be cancelled, by eye, and the share of white by which black was lifted for it."""
 
     lift_share: NotNegative | None = None
@@ -71,10 +71,10 @@ class Crosstalk(Fields):
         return [(eye, costs) for eye, costs in (("left", self.left), ("right", self.right)) if costs is not None]
 
 
-class Clipping(Crosstalk):
+class Clipping(Uncancelled):
     """What the gamut clip costs a stimulus, by eye."""
 
-    crosstalk: Crosstalk | None = None
+    crosstalk: Uncancelled | None = None
 
 
 class Stimulus(Fields):
@@ -115,7 +115,7 @@ _Row = Annotated[tuple[Number, Number, Number], Strict(False)]
 _Filter = _Row | Annotated[tuple[_Row, _Row, _Row], Strict(False)]
 
 
-class Filters(Fields):
+class FilterLight(Fields):
     """What an anaglyph's filters do to light; None where the display was measured through them."""
 
     left: _Filter | None = None
@@ -124,7 +124,7 @@ class Filters(Fields):
     white_XYZ_cd_m2: Eyes | None = None
 
 
-class Nominal(Fields):
+class Standard(Fields):
     """The standard that a display was taken for."""
 
     kind: Name | None = None
@@ -140,13 +140,13 @@ class Nominal(Fields):
         return self.words or self.kind or ""
 
 
-class Display(Fields):
+class SeenDisplay(Fields):
     """The display, and how it was seen."""
 
     file: Text | None = None
     mode: Text | None = None
     characterised_as: Text | None = None
-    nominal: Nominal | None = None
+    nominal: Standard | None = None
     source: Text | None = None
     colorimetric_observer: Text | None = None
     panel: Panel = Field(default_factory=Panel)
@@ -158,7 +158,7 @@ class Display(Fields):
     distance_mm: Positive | None = None
     glasses: Text | None = None
     mode_options: Json | None = None
-    filters: Filters | None = None
+    filters: FilterLight | None = None
     crosstalk_cancelled: bool | None = None
     lift_black: bool | None = None
     dither: Text | None = None
@@ -234,7 +234,7 @@ class Presentation(SurfaceFacts):
     timing_marks: list[Json] = Field(default_factory=list)
 
 
-class Classes(Fields):
+class ClassRule(Fields):
     """How perceptual classes are formed."""
 
     alpha: _Share = 0.05
@@ -242,11 +242,11 @@ class Classes(Fields):
     covariance: Literal["auto", "model", "scaled", "sandwich", "shrinkage"] = "auto"
 
 
-class Analysis(Classes):
+class Analysis(ClassRule):
     """The experiment's options of the analysis; the report shows classes ``beside`` its own, by other settings."""
 
     margin: Text | None = None
-    beside: Classes | None = None
+    beside: ClassRule | None = None
 
 
 class Appearance(Fields):
@@ -274,7 +274,7 @@ class Font(Fields):
     sha256: Text
 
 
-class Interface(Fields):
+class InSession(Fields):
     """The language of the session, and what the experiment sets of how it looks and of its keys."""
 
     language: Name = "en"
@@ -327,13 +327,13 @@ class Header(Fields):
     question: Text
     simulated: bool
     stimuli: list[Stimulus]
-    display: Display
+    display: SeenDisplay
     analysis: Analysis
     hashes: dict[Name, Text]
     software: dict[Name, Text]
     presentation: Presentation
     remarks: Annotated[tuple[Text, ...], Strict(False)] = ()
-    interface: Interface = Field(default_factory=Interface)
+    interface: InSession = Field(default_factory=InSession)
     station: Text = ""
     planned: list[Planned] = Field(default_factory=list)
     order_rule: Literal[1, 2] = ORDER_RULE

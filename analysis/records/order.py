@@ -6,7 +6,7 @@ from typing import Any
 
 from analysis.kinds.fields import RecordError, read_fields
 from analysis.kinds.kinds import read_trial
-from analysis.kinds.trial import PRACTICE, Session, Trial
+from analysis.kinds.trial import PRACTICE, SoFar, Trial
 from analysis.records.lines import (
     Clipping,
     EndRecord,
@@ -24,7 +24,7 @@ Place = tuple[int, int]
 _NOTHING: dict[str, Any] = {}  # no trial is changed
 
 
-class Order:
+class LogOrder:
     """What the records so far have said. Each method takes the next line, or raises RecordError.
 
     ``added`` are stimuli that the header does not list: those of a recipe that was changed, where that was accepted.
@@ -33,7 +33,7 @@ class Order:
     def __init__(self, line: dict[str, Any], shared: dict[Any, Any]) -> None:
         self.header: Header = read_header(line)
         self.complete = False
-        self._session = Session(self.header.factors, own_keys=bool(self.header.interface.keys))
+        self._session = SoFar(self.header.factors, own_keys=bool(self.header.interface.keys))
         # What the gamut clip costs each stimulus, as it was stated first; None where it was not.
         self.costs: dict[str, Any] = {}
         self._shared = shared

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from statistics import fmean
 from typing import Any
 
-from analysis.records.lines import Display, EyeCosts, Eyes, Filters, Stimulus
+from analysis.records.lines import EyeCosts, Eyes, FilterLight, SeenDisplay, Stimulus
 from analysis.records.session_record import SessionLog
 
 Both = tuple[float, float]
@@ -272,7 +272,7 @@ def _stimuli(sessions: Sequence[SessionLog]) -> list[Stimulus]:
     return list(known.values())
 
 
-def _filters_are(stated: Filters) -> tuple[str, str]:
+def _filters_are(stated: FilterLight) -> tuple[str, str]:
     def known(eye: str, light: object) -> str:
         return "assumed" if eye in stated.assumed else "measured" if light is None else "stated"
 
@@ -288,7 +288,7 @@ def _lift(stimulus: Stimulus) -> float:
     return (crosstalk and crosstalk.lift_share) or 0.0
 
 
-def _sizes(stimuli: Iterable[Stimulus], display: Display) -> Iterator[Size]:
+def _sizes(stimuli: Iterable[Stimulus], display: SeenDisplay) -> Iterator[Size]:
     from devices.display import visual_angle_deg
 
     pitch_mm, distance_mm = display.panel.pixel_pitch_mm, display.distance_mm

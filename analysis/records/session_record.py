@@ -32,7 +32,7 @@ from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines, unreadable
 
 if TYPE_CHECKING:  # the models of all records: only who reads a log needs them
-    from analysis.records.order import Order
+    from analysis.records.order import LogOrder
     from analysis.records.pooled_batches import PooledBatch
 
 FILE_NAME = "session.jsonl"
@@ -218,7 +218,7 @@ class RecordReader:
         self.records: list[Record] = []
         self.windows: list[WindowEvent] = []
         self.pooled: list[PooledBatch] = []
-        self._order: Order | None = None
+        self._order: LogOrder | None = None
         self._fits = 0
 
     @property
@@ -252,11 +252,11 @@ class RecordReader:
         kind = line.get("record") if isinstance(line, dict) else None
         order = self._order
         if order is None:
-            from analysis.records.order import Order
+            from analysis.records.order import LogOrder
 
             if kind != "session":
                 raise RecordError("a session begins with its header")
-            self._order = Order(line, self._shared)
+            self._order = LogOrder(line, self._shared)
             self.header = self._order.header
         elif kind == "session":
             raise RecordError("a second header: the lines of another session follow")

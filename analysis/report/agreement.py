@@ -5,7 +5,7 @@ from __future__ import annotations
 from analysis.observers.concordance import Concordance
 from analysis.report.words import fixed, p_words
 from analysis.series.agreement import Coefficient, SeriesAgreement
-from documents.pages import Block, Cell, Column, Paragraph, Shown, Table
+from documents.pages import Block, Cell, Column, Paragraph, ShownAs, Table
 
 LEVEL = 0.05
 
@@ -63,9 +63,9 @@ def series_agreement(agreement: SeriesAgreement) -> tuple[Block, ...]:
 def _bounded(value: float | None, coefficient: Coefficient) -> Cell:
     """Return a value; in words where there is none, or where it is below what means anything."""
     if value is None:
-        return Shown(None, "not defined")
+        return ShownAs(None, "not defined")
     least = coefficient.least
-    return Shown(value, f"≤ {least:g}") if least is not None and value < least else value
+    return ShownAs(value, f"≤ {least:g}") if least is not None and value < least else value
 
 
 def _bounded_interval(coefficient: Coefficient) -> Cell:
@@ -73,4 +73,4 @@ def _bounded_interval(coefficient: Coefficient) -> Cell:
     if high is None or least is None or (low is not None and low >= least):
         return low, high
     # An end below what means anything, or, of a mean over observers, none at all.
-    return Shown((low, high), f"≤ {least:g}" if high < least else f"≤ {least:g} to {fixed(high, 2)}")
+    return ShownAs((low, high), f"≤ {least:g}" if high < least else f"≤ {least:g} to {fixed(high, 2)}")

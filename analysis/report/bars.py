@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.series.observer_means import Estimate
+from analysis.series.observer_means import Estimated
 from documents.figures import FAINT, HATCHES, INK, SERIES_COLOURS, Drawing, drawing, drawn, short
 from documents.text import JsonResult
 
@@ -31,7 +31,7 @@ class BarFigure(JsonResult):
     unit: str
     groups: tuple[str, ...]
     bars: tuple[str, ...]
-    estimates: tuple[tuple[Estimate | None, ...], ...]
+    estimates: tuple[tuple[Estimated | None, ...], ...]
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -101,7 +101,7 @@ class BarFigure(JsonResult):
             return drawn(figure, self.title)
 
 
-def cell(estimate: Estimate | None, digits: int = 2) -> str:
+def cell(estimate: Estimated | None, digits: int = 2) -> str:
     """Return a value and its interval as text, with a real minus sign; a dash for none."""
     if estimate is None or estimate.value is None:
         return "–"

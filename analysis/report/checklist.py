@@ -139,7 +139,7 @@ NOT_OF_PEOPLE = "All observers were simulated."
 
 
 @dataclass(frozen=True, slots=True)
-class Answer(JsonResult):
+class ItemAnswer(JsonResult):
     """The answer to an ``item``: its ``text``, and where it is from; of one that is missing the blank to fill in."""
 
     item: Item
@@ -154,7 +154,7 @@ class Answer(JsonResult):
         return None if self.status == "missing" else self.text
 
 
-def answer(item: Item, said: str, given: str, *, simulated: bool) -> Answer:
+def answer(item: Item, said: str, given: str, *, simulated: bool) -> ItemAnswer:
     """Return the answer to ``item``: what the records or the computation ``said`` first, then what people have given.
 
     ``simulated`` says that all observers are.
@@ -162,25 +162,25 @@ def answer(item: Item, said: str, given: str, *, simulated: bool) -> Answer:
     given = " ".join(given.split())
     if said:
         status: Status = "computed" if item.source == "computed" else "recorded"
-        return Answer(item, status, f"{said} {given}".strip())
+        return ItemAnswer(item, status, f"{said} {given}".strip())
     if given:
-        return Answer(item, "given", given)
+        return ItemAnswer(item, "given", given)
     if item.of_people and simulated:
-        return Answer(item, "not_applicable", NOT_OF_PEOPLE)
-    return Answer(item, "missing", item.blank)
+        return ItemAnswer(item, "not_applicable", NOT_OF_PEOPLE)
+    return ItemAnswer(item, "missing", item.blank)
 
 
 @dataclass(frozen=True, slots=True)
 class Methods(JsonResult):
     """An answer to each item of the list, in its order, and the ``works`` that they cite."""
 
-    answers: tuple[Answer, ...] = ()
+    answers: tuple[ItemAnswer, ...] = ()
     works: tuple[str, ...] = ()
     json_keys: ClassVar = {"answers": "items", "missing_items": "missing", "works": "references"}
     json_names: ClassVar = "answers missing_items works"
 
     @property
-    def missing(self) -> tuple[Answer, ...]:
+    def missing(self) -> tuple[ItemAnswer, ...]:
         """The blanks to fill in."""
         return tuple(one for one in self.answers if one.status == "missing")
 

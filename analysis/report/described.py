@@ -27,7 +27,7 @@ from analysis.report.summary import Summary, summarise
 from analysis.report.words import counted
 from analysis.scaling.shown import Published, group_blocks, score_blocks
 from documents import Finding
-from documents.pages import Block, Mark, Paragraph
+from documents.pages import Badge, Block, Paragraph
 
 SHUFFLES = 999  # permutations for the test against unrelated preferences: p to three digits
 
@@ -165,7 +165,7 @@ def report_blocks(report: Report, published: Published | None = None) -> list[Bl
         blocks += group_blocks(report.groups.scored)
     left_out = f"{report.kept.rule.sentence} {report.kept.sentence}" if report.kept.left_out else ""
     failed = [
-        Paragraph(f"{check.check}. {check.reason} {check.remedy}", mark=Mark("Check failed", "bad"))
+        Paragraph(f"{check.check}. {check.reason} {check.remedy}", mark=Badge("Check failed", "bad"))
         for check in report.failed
     ]
     return [
@@ -173,7 +173,7 @@ def report_blocks(report: Report, published: Published | None = None) -> list[Bl
         *map(Paragraph, filter(None, (report.headline, *report.sentences))),
         *conclusions_blocks(report.conclusions, report.factors.cautions if report.factors else ()),
         *map(Paragraph, filter(None, [left_out])),
-        *(Paragraph(note, mark=Mark("Note", "open")) for note in report.notes),
+        *(Paragraph(note, mark=Badge("Note", "open")) for note in report.notes),
         *map(Paragraph, [report.methods.sentence] if report.methods.missing else []),
         *failed,
     ]

@@ -19,7 +19,7 @@ from analysis.records.results import sessions_by_observer
 from analysis.records.seen import Seen
 from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes, duration
-from analysis.report.checklist import METHODS_ITEMS, Answer, Methods, answer
+from analysis.report.checklist import METHODS_ITEMS, ItemAnswer, Methods, answer
 from analysis.report.notes import nominal_words, recorded
 from analysis.report.observers import left_out_words
 from analysis.report.references import Citations
@@ -64,7 +64,7 @@ def methods_of(report: Report, given: Mapping[str, str]) -> Methods:
 
 def methods_section(methods: Methods, header: Header) -> Section:
     """Return the paragraphs with their blanks and references, the list that they answer, and the header's record."""
-    parts: dict[str, list[Answer]] = {}
+    parts: dict[str, list[ItemAnswer]] = {}
     for one in methods.answers:
         parts.setdefault(one.item.part, []).extend([] if one.status == "not_applicable" else [one])
     blocks: list[Block] = [Paragraph(methods.sentence, small=True)] if methods.missing else []

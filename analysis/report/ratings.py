@@ -20,7 +20,7 @@ from analysis.report.part import Part, draws_of_means
 from analysis.report.references import Citations
 from analysis.report.summary import wilson_interval
 from analysis.report.words import counted, fixed, listed, p_words, percent, some
-from analysis.series.observer_means import Estimate, means
+from analysis.series.observer_means import Estimated, means
 from documents.arrays import Floats
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import Column, Figure, Paragraph, Section, Table
@@ -265,14 +265,14 @@ def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> 
     return Section("preferences", "Stereo or flat", (Paragraph(_words(chosen)), figure, by_observer))
 
 
-def share_for_stereo(chosen: Preferences) -> Estimate:
+def share_for_stereo(chosen: Preferences) -> Estimated:
     """Return the share of the choices of all pictures for stereo, as the section has it."""
     counts = np.array(list(chosen.by_observer.values()), dtype=np.float64)
     (estimate,) = means(counts[:, :1], counts.sum(axis=1, keepdims=True))
     return _unanimous(estimate, counts.sum(axis=1)) if estimate.value in (0.0, 1.0) else estimate
 
 
-def _unanimous(estimate: Estimate, count: Floats) -> Estimate:
+def _unanimous(estimate: Estimated, count: Floats) -> Estimated:
     """Return the estimate with Wilson's interval over observers: bootstrap samples of unanimous answers do not vary."""
     people = int((count > 0).sum())
     low, high = wilson_interval(float(estimate.value or 0.0), people)

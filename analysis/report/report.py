@@ -95,7 +95,7 @@ class Report(JsonResult):
 
     @property
     def smallest(self) -> SmallestDifference | None:
-        """The smallest difference that the design finds, as `analysis.report.summary.Answered` has it."""
+        """The smallest difference that the design finds, as `analysis.report.summary.Gathered` has it."""
         compared = self.pairs or self.groups
         return compared.smallest if compared else None
 

@@ -17,7 +17,7 @@ from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.transitivity_tests import transitivity
 from analysis.report.grouped import GroupedSummary
 from analysis.report.summary import Summary
-from documents.pages import Block, Cell, Column, Facts, Paragraph, Section, Shown, Table
+from documents.pages import Block, Cell, Column, Facts, Paragraph, Section, ShownAs, Table
 
 MOST_ITEMS = 30  # all pairs of more fill no page
 REPLICATES = 1000
@@ -171,6 +171,6 @@ def _lines(summary: Summary, review: Review) -> Iterator[tuple[PairProbability, 
         yield pair, one, own.p_equivalent if own else None
 
 
-def stands_cell(one: Conclusion) -> Shown | None:
+def stands_cell(one: Conclusion) -> ShownAs | None:
     """Return how often a conclusion stands: a share in CSV, on the page with the number of analyses."""
-    return Shown(one.stands, one.robustness.removeprefix("stands in ")) if one.robustness else None
+    return ShownAs(one.stands, one.robustness.removeprefix("stands in ")) if one.robustness else None

@@ -19,7 +19,7 @@ from analysis.report.references import Citations
 from analysis.report.words import as_words, counted, fixed
 from analysis.series import paired_tests
 from analysis.series.just_noticeable import StepSize
-from analysis.series.observer_means import Estimate
+from analysis.series.observer_means import Estimated
 from analysis.series.summary import SeriesSummary, all_tests, conclusions_of_tests, summarise_series
 from documents import Finding
 from documents.figures import NARROW_IN, WIDE_IN
@@ -153,11 +153,11 @@ def _figure(figure: BarFigure, name: str, caption: str) -> Figure:
     return Figure(name, figure.draw(WIDE_IN), figure.draw(NARROW_IN), f"{figure.title}. {caption}", table)
 
 
-def _value(estimate: Estimate | None) -> float | None:
+def _value(estimate: Estimated | None) -> float | None:
     return None if estimate is None else estimate.value
 
 
-def _interval(estimate: Estimate | None) -> tuple[float | None, float | None]:
+def _interval(estimate: Estimated | None) -> tuple[float | None, float | None]:
     return (None, None) if estimate is None else (estimate.low, estimate.high)
 
 
@@ -303,7 +303,7 @@ def score_figure(summary: SeriesSummary) -> BarFigure:
     """
     scored = summary.weight is not None
     plan = summary.choices.design
-    by_cell: dict[tuple[float, str], Estimate | None] = {
+    by_cell: dict[tuple[float, str], Estimated | None] = {
         (level.level, level.kind): level.score if scored else level.share for level in summary.levels
     }
     levels = plan.levels()
@@ -345,7 +345,7 @@ def rating_figure(summary: SeriesSummary, scale: str) -> BarFigure:
         remedy = f"one of: {known}" if known else "ask for ratings in the block"
         raise ResultsError(Finding(f"no choice was rated on a scale '{scale}'", remedy=remedy))
     plan = summary.choices.design
-    by_cell: dict[tuple[str | None, str | None], Estimate] = {
+    by_cell: dict[tuple[str | None, str | None], Estimated] = {
         (cell.paint, cell.kind): cell.mean for cell in summary.ratings[scale]
     }
     return BarFigure(

@@ -14,7 +14,7 @@ from analysis.records.session_record import SessionLog
 from analysis.records.times import SessionTimes, duration
 from analysis.report.not_reported import unreported
 from analysis.report.words import fixed, some
-from documents.pages import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
+from documents.pages import Block, Cell, Column, Facts, Gallery, Heading, PagePicture, Paragraph, Section, Table
 from documents.text import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
@@ -64,7 +64,7 @@ def gallery_section(names: Mapping[str, Sequence[str]], thumbnails: Thumbnails, 
     """
     galleries = {
         group: tuple(
-            Picture(name, tuple((EYES.get(eye, eye), _uri(png)) for eye, png in thumbnails[name].items()))
+            PagePicture(name, tuple((EYES.get(eye, eye), _uri(png)) for eye, png in thumbnails[name].items()))
             for name in own
             if thumbnails.get(name)
         )

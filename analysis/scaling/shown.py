@@ -14,7 +14,7 @@ from analysis.scaling.profile import why_by_standard_errors
 from analysis.scaling.result import ModelMethod, Parameter
 from analysis.scaling.scores import Scores
 from analysis.scaling.separation import are_apart, separation_of_method
-from documents.pages import Block, Column, Heading, Paragraph, Shown, Table
+from documents.pages import Block, Column, Heading, Paragraph, ShownAs, Table
 from documents.text import counted
 
 Published = Mapping[str, tuple[float, str]]
@@ -62,7 +62,7 @@ def score_blocks(scores: Scores, published: Published | None = None) -> list[Blo
     for item in scores.items:
         theta, se, quasi_se = (None if v is None else v / unit for v in (item.theta, item.se, item.quasi_se))
         values = [theta, se] if thurstone else [item.score, item.log10_score, se]
-        counts = [Shown(count, f"{count:g}") for count in (item.wins, item.comparisons)]
+        counts = [ShownAs(count, f"{count:g}") for count in (item.wins, item.comparisons)]
         beside = published.get(item.name, (None, None)) if published else ()
         rows.append((item.name, *counts, *values, *([quasi_se] if scores.quasi else []), item.label, *beside))
     lines = (Paragraph(line, small=True) for line in summary_lines(scores))

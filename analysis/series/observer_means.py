@@ -17,7 +17,7 @@ _EQUAL = 1e-12  # what rounding leaves between equal numbers, as a share of them
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate(JsonResult):
+class Estimated(JsonResult):
     """A value with the limits of its interval, None where there is none, and the numbers of answers and observers."""
 
     value: float | None
@@ -27,7 +27,7 @@ class Estimate(JsonResult):
     observers: int
 
 
-def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int = REPLICATES) -> list[Estimate]:
+def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int = REPLICATES) -> list[Estimated]:
     """Return Σ total / Σ count over the observers, with an interval by bootstrap over observers.
 
     The interval is the percentile interval at levels widened for few observers [Hesterberg2015]. Observers are drawn
@@ -57,7 +57,7 @@ def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int 
         weights = random.multinomial(observers, np.full(observers, 1 / observers), size).astype(np.float64)
         sums, counts = weights @ total, weights @ count
         samples[start : start + size] = np.divide(sums, counts, out=np.full_like(sums, np.nan), where=counts > 0)
-    estimates: list[Estimate] = []
+    estimates: list[Estimated] = []
     for column in range(columns):
         people = int((count[:, column] > 0).sum())
         answers = float(count[:, column].sum())
@@ -68,11 +68,11 @@ def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int 
             tail = np.array([tails.widened((1 - level) / 2, people)])
             ends = float(tails.lower(valid, tail, 0)[0]), float(tails.upper(valid, 1 - tail, 0)[0])
             low, high = ends if ends[1] - ends[0] > _EQUAL * max(1.0, abs(value)) else (None, None)
-        estimates.append(Estimate(value, low, high, round(answers), people))
+        estimates.append(Estimated(value, low, high, round(answers), people))
     return estimates
 
 
-def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estimate]:
+def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estimated]:
     """Return Σ chosen / Σ count over the observers, with Wilson's interval [Wilson1927].
 
     Where observers answered several times, the interval uses the effective number of answers: their number over the
@@ -91,13 +91,13 @@ def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estima
     -------
     k estimates; no value without an answer.
     """
-    estimates: list[Estimate] = []
+    estimates: list[Estimated] = []
     for column, counts in zip(np.asarray(chosen, np.float64).T, np.asarray(count, np.float64).T, strict=True):
         order = np.lexsort([column, counts])
         times, of = column[order], counts[order]
         answers, people = float(of.sum()), int((of > 0).sum())
         if answers <= 0:
-            estimates.append(Estimate(None, None, None, 0, 0))
+            estimates.append(Estimated(None, None, None, 0, 0))
             continue
         share = float(times.sum()) / answers
         effect = 1.0
@@ -106,13 +106,13 @@ def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estima
             effect = _design_effect(times, of, share, variance) if variance > 0 and people > 1 else answers / people
         student = of.max() > 1 and effect > 1 and 0 < share < 1 and people > 1
         low, high = _wilson(share, answers / effect, _quantile(level, people if student else None))
-        estimates.append(Estimate(share, low, high, round(answers), people))
+        estimates.append(Estimated(share, low, high, round(answers), people))
     return estimates
 
 
 def bounded_means(
     total: Floats, squares: Floats, count: Floats, most: float, *, level: float = 0.95, step: float | None = None
-) -> list[Estimate]:
+) -> list[Estimated]:
     """Return Σ total / Σ count over the observers for answers from 0 to ``most``, such as weighted choices.
 
     Most such answers are 0 where a picture was rarely chosen; a bootstrap then gives intervals that are too short. The
@@ -141,14 +141,14 @@ def bounded_means(
     k estimates. No value without an answer; no interval with answers of fewer than two observers or, without ``step``,
     if all answers are the same, such as 0.
     """
-    estimates: list[Estimate] = []
+    estimates: list[Estimated] = []
     columns = (np.asarray(part, np.float64).T for part in (total, squares, count))
     for column, squared, counts in zip(*columns, strict=True):
         order = np.lexsort([squared, column, counts])
         sums, of = column[order], counts[order]
         answers, people = float(of.sum()), int((of > 0).sum())
         if answers <= 0:
-            estimates.append(Estimate(None, None, None, 0, 0))
+            estimates.append(Estimated(None, None, None, 0, 0))
             continue
         mean = float(sums.sum()) / answers
         share = mean / most
@@ -165,7 +165,7 @@ def bounded_means(
             low, high = (
                 most * end for end in _wilson(share, answers * inner * (1 - inner) / (variance * effect), quantile)
             )
-        estimates.append(Estimate(mean, low, high, round(answers), people))
+        estimates.append(Estimated(mean, low, high, round(answers), people))
     return estimates
 
 

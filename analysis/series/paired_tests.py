@@ -17,7 +17,7 @@ import numpy as np
 from analysis.classes.conclusions import Conclusion, concluded
 from analysis.classes.multiplicity import holm
 from analysis.series.agreement import kendall_w, kendall_w_p, ranks
-from analysis.series.observer_means import Estimate, means
+from analysis.series.observer_means import Estimated, means
 from documents.arrays import Floats
 from documents.text import JsonResult
 
@@ -185,7 +185,7 @@ class PairTest(JsonResult):
 
     one: str
     other: str
-    difference: Estimate
+    difference: Estimated
     effect: float | None
     higher: int
     lower: int

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from analysis.series.choices import Choice, Choices
-from analysis.series.observer_means import Estimate, bounded_means, means, shares
+from analysis.series.observer_means import Estimated, bounded_means, means, shares
 from documents.text import JsonResult
 
 # What a choice is rated on: similarity to a reference, as in the thesis, or quality where there is none.
@@ -47,11 +47,11 @@ class PictureScore(JsonResult):
     stimulus: str | None
     chosen: int
     of: int
-    share: Estimate
-    score: Estimate | None
+    share: Estimated
+    score: Estimated | None
     weighted_share: float | None
-    dwell_s: Estimate
-    visits: Estimate
+    dwell_s: Estimated
+    visits: Estimated
 
 
 def weight_of(choices: Choices, weights: Sequence[str] = WEIGHTS) -> str | None:
@@ -122,7 +122,7 @@ class CellMean(JsonResult):
 
     kind: str | None
     paint: str | None
-    mean: Estimate
+    mean: Estimated
     json_keys: ClassVar = {"mean": "*"}
 
 

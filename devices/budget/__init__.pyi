@@ -1,11 +1,11 @@
 from .encoding import Encoding as Encoding
 from .error_budget import BudgetRow as BudgetRow
-from .error_budget import Cost as Cost
 from .error_budget import ErrorBudget as ErrorBudget
 from .error_budget import SmoothScene as SmoothScene
+from .error_budget import StepCost as StepCost
 from .mixed_path import Mixed as Mixed
 from .path import BudgetPath as BudgetPath
 from .path import OwnPixels as OwnPixels
 from .path import Pair as Pair
-from .path import Step as Step
+from .path import PathStep as PathStep
 from .path import joined_differences as joined_differences

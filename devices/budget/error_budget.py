@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from devices.budget.path import Step
+from devices.budget.path import PathStep
 from devices.display.model import EYES, Eye, EyeModels
 from documents.arrays import Floats
 from documents.text import JsonResult
@@ -25,7 +25,7 @@ _DISPARITY_PX = 7.0
 
 
 @dataclass(frozen=True, slots=True)
-class Cost:
+class StepCost:
     """Mean, 95th percentile and largest ΔE00 of one step for one eye.
 
     Examples
@@ -39,7 +39,7 @@ class Cost:
     max: float
 
     @classmethod
-    def of(cls, differences: Floats) -> Cost:
+    def of(cls, differences: Floats) -> StepCost:
         """Return the cost of ΔE00 (n,), n at least 1."""
         return cls(float(differences.mean()), float(np.percentile(differences, 95)), float(differences.max()))
 
@@ -58,14 +58,14 @@ class BudgetRow(JsonResult):
     {'step': 'crosstalk_left', 'words': 'not measured', 'left': None, 'right': None}
     """
 
-    step: Step
+    step: PathStep
     words: str
-    eyes: Mapping[Eye, Cost] | None
+    eyes: Mapping[Eye, StepCost] | None
     json_keys: ClassVar = {"costs": "*"}
     json_names: ClassVar = "step words costs"
 
     @property
-    def costs(self) -> Mapping[Eye, Cost | None]:
+    def costs(self) -> Mapping[Eye, StepCost | None]:
         """What it costs each eye, None where that is not known."""
         return self.eyes or dict.fromkeys(EYES)
 
@@ -89,20 +89,20 @@ class ErrorBudget(JsonResult):
     def of(
         cls,
         colours: str,
-        differences: Mapping[Step, Mapping[Eye, Floats]],
-        words: Mapping[Step, str],
-        stated: Mapping[Step, Mapping[Eye, Cost]],
+        differences: Mapping[PathStep, Mapping[Eye, Floats]],
+        words: Mapping[PathStep, str],
+        stated: Mapping[PathStep, Mapping[Eye, StepCost]],
     ) -> ErrorBudget:
         """Return the rows of every step that there are ``words`` for: computed, ``stated`` elsewhere, or not known."""
         rows = []
-        for step in Step:
+        for step in PathStep:
             if step in words:
                 computed = differences.get(step)
-                found = stated.get(step) if computed is None else {eye: Cost.of(computed[eye]) for eye in EYES}
+                found = stated.get(step) if computed is None else {eye: StepCost.of(computed[eye]) for eye in EYES}
                 rows.append(BudgetRow(step, words[step], found))
         return cls(colours, tuple(rows))
 
-    def row(self, step: Step) -> BudgetRow:
+    def row(self, step: PathStep) -> BudgetRow:
         """Return the row of ``step``; KeyError if there is none."""
         return {row.step: row for row in self.rows}[step]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from devices.budget.encoding import Encoding
-from devices.budget.path import Pair, Step, delta_e, half_floats
+from devices.budget.path import Pair, PathStep, delta_e, half_floats
 from devices.compensation.mixture import Mixture
 from devices.display.model import EYES, Eye, EyeModels
 from documents.arrays import Floats
@@ -47,19 +47,19 @@ class Mixed:
     mixture: Mixture
     encoding: Encoding
 
-    def differences(self, asked: Pair, stored: Pair | None = None) -> Mapping[Step, Mapping[Eye, Floats]]:
+    def differences(self, asked: Pair, stored: Pair | None = None) -> Mapping[PathStep, Mapping[Eye, Floats]]:
         """As `devices.budget.path.BudgetPath.differences`."""
         light = self._light(asked)
         shown = np.clip(light, 0.0, 1.0)
-        found = {Step.HALF_FLOATS: self._asked(asked, half_floats(asked))}
+        found = {PathStep.HALF_FLOATS: self._asked(asked, half_floats(asked))}
         if stored is not None:
-            found[Step.RESAMPLING] = self._asked(asked, stored)
-        found[Step.FILTERS] = self._through(asked, light)
-        found[Step.GAMUT_CLIP] = self._seen(light, shown)
-        found[Step.LOOK_UP_TABLE] = self._seen(shown, self._encoded(shown, look_up=True, codes=False))
-        found[Step.CODES] = self._seen(shown, self._encoded(shown, look_up=False, codes=True))
+            found[PathStep.RESAMPLING] = self._asked(asked, stored)
+        found[PathStep.FILTERS] = self._through(asked, light)
+        found[PathStep.GAMUT_CLIP] = self._seen(light, shown)
+        found[PathStep.LOOK_UP_TABLE] = self._seen(shown, self._encoded(shown, look_up=True, codes=False))
+        found[PathStep.CODES] = self._seen(shown, self._encoded(shown, look_up=False, codes=True))
         kept = np.clip(self._light(half_floats(stored or asked)), 0.0, 1.0)
-        found[Step.TOGETHER] = self._through(asked, self._encoded(kept, look_up=True, codes=True))
+        found[PathStep.TOGETHER] = self._through(asked, self._encoded(kept, look_up=True, codes=True))
         return found
 
     def _light(self, asked: Pair) -> Floats:

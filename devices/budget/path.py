@@ -27,7 +27,7 @@ Pair: TypeAlias = Mapping[Eye, Floats]
 _NOTHING = Correction()
 
 
-class Step(StrEnum):
+class PathStep(StrEnum):
     """A step on the way, by its name in JSON; `CHARACTERISATION` is not computed but stated by the display file."""
 
     HALF_FLOATS = "half_floats"
@@ -46,7 +46,7 @@ class Step(StrEnum):
 class BudgetPath(Protocol):
     """A way from asked colours to what the eyes see."""
 
-    def differences(self, asked: Pair, stored: Pair | None = None) -> Mapping[Step, Mapping[Eye, Floats]]:
+    def differences(self, asked: Pair, stored: Pair | None = None) -> Mapping[PathStep, Mapping[Eye, Floats]]:
         """Return the ΔE00 (n,) of each step alone, and of all together, for each eye.
 
         Each step alone is applied to colours that the display can show, and compared with them; the clip to those
@@ -66,7 +66,7 @@ def delta_e(reference: Floats, reference_white: Floats, seen: Floats, white: Flo
     )
 
 
-def joined_differences(parts: Sequence[Mapping[Step, Mapping[Eye, Floats]]]) -> dict[Step, dict[Eye, Floats]]:
+def joined_differences(parts: Sequence[Mapping[PathStep, Mapping[Eye, Floats]]]) -> dict[PathStep, dict[Eye, Floats]]:
     """Return the differences of several pictures as those of one.
 
     Parameters
@@ -119,35 +119,35 @@ class OwnPixels:
     correction: Correction = _NOTHING
     gains: Floats | None = None
 
-    def differences(self, asked: Pair, stored: Pair | None = None) -> Mapping[Step, Mapping[Eye, Floats]]:
+    def differences(self, asked: Pair, stored: Pair | None = None) -> Mapping[PathStep, Mapping[Eye, Floats]]:
         """As `BudgetPath.differences`; without a step where it was not measured what the step undoes."""
-        in_the_dark = self.seen(asked, {Step.GAMUT_CLIP})
-        shown = self.seen(asked, {Step.GAMUT_CLIP, Step.AMBIENT_LIGHT})
-        found = {Step.HALF_FLOATS: self._compared(asked, half_floats(asked))}
+        in_the_dark = self.seen(asked, {PathStep.GAMUT_CLIP})
+        shown = self.seen(asked, {PathStep.GAMUT_CLIP, PathStep.AMBIENT_LIGHT})
+        found = {PathStep.HALF_FLOATS: self._compared(asked, half_floats(asked))}
         if stored is not None:
-            found[Step.RESAMPLING] = self._compared(asked, stored)
-        found[Step.GAMUT_CLIP] = self._compared(asked, in_the_dark)
+            found[PathStep.RESAMPLING] = self._compared(asked, stored)
+        found[PathStep.GAMUT_CLIP] = self._compared(asked, in_the_dark)
         if any(self.models.eye(eye).ambient_XYZ_cd_m2.any() for eye in EYES):
-            found[Step.AMBIENT_LIGHT] = self._compared(in_the_dark, shown)
+            found[PathStep.AMBIENT_LIGHT] = self._compared(in_the_dark, shown)
         for step in self._alone():
             found[step] = self._compared(shown, self.seen(shown, {step}), {step})
-        every = {Step.HALF_FLOATS, Step.GAMUT_CLIP, Step.AMBIENT_LIGHT, *self._alone()}
-        found[Step.TOGETHER] = self._compared(asked, self.seen(stored or asked, every), every)
+        every = {PathStep.HALF_FLOATS, PathStep.GAMUT_CLIP, PathStep.AMBIENT_LIGHT, *self._alone()}
+        found[PathStep.TOGETHER] = self._compared(asked, self.seen(stored or asked, every), every)
         return found
 
-    def seen(self, asked: Pair, steps: Collection[Step]) -> Pair:
+    def seen(self, asked: Pair, steps: Collection[PathStep]) -> Pair:
         """Return what each eye sees of ``asked`` with only ``steps`` on, exact in all others."""
-        if Step.HALF_FLOATS in steps:
+        if PathStep.HALF_FLOATS in steps:
             asked = half_floats(asked)
         models = self.models.normalised
         linear = {eye: self._linear(models.eye(eye), asked[eye], steps) for eye in EYES}
-        leaks = self.correction.crosstalk if Step.CROSSTALK in steps else None
+        leaks = self.correction.crosstalk if PathStep.CROSSTALK in steps else None
         if leaks is not None:
             left, right = (models.eye(eye).xyz_of_linear(linear[eye]) for eye in EYES)
             done = cancel_crosstalk(models, leaks, left, right, self.correction.lift_share)
             linear = {"left": models.left.channels(done.left_linear), "right": models.right.channels(done.right_linear)}
         gains, gain_map = self.gains, self.correction.gain_map
-        if gain_map is None or Step.GAIN_MAP not in steps:
+        if gain_map is None or PathStep.GAIN_MAP not in steps:
             gains = None
         sent = {}
         for eye in EYES:
@@ -156,7 +156,7 @@ class OwnPixels:
             if gain_map is not None and gains is not None:
                 evened = gain_map.corrected(model.xyz_of_linear(light), gains, model.ambient_XYZ_cd_m2)
                 light = np.clip(model.linear(evened), 0.0, 1.0)
-            look_up, codes = Step.LOOK_UP_TABLE in steps, Step.CODES in steps
+            look_up, codes = PathStep.LOOK_UP_TABLE in steps, PathStep.CODES in steps
             if look_up or codes:
                 light = np.clip(light, 0.0, 1.0)
                 channels = zip(model.curves, light.T, strict=True)
@@ -174,25 +174,25 @@ class OwnPixels:
             seen[eye] = model.ambient_XYZ_cd_m2 + (panel if gains is None else panel * gains[:, np.newaxis])
         return seen
 
-    def _alone(self) -> list[Step]:
+    def _alone(self) -> list[PathStep]:
         """Return the steps that are applied to colours that can be shown."""
         measured = {
-            Step.CROSSTALK: self.correction.crosstalk is not None,
-            Step.GAIN_MAP: self.correction.gain_map is not None and self.gains is not None,
+            PathStep.CROSSTALK: self.correction.crosstalk is not None,
+            PathStep.GAIN_MAP: self.correction.gain_map is not None and self.gains is not None,
         }
-        return [*(step for step, there in measured.items() if there), Step.LOOK_UP_TABLE, Step.CODES]
+        return [*(step for step, there in measured.items() if there), PathStep.LOOK_UP_TABLE, PathStep.CODES]
 
-    def _linear(self, model: DisplayModel, asked: Floats, steps: Collection[Step]) -> Floats:
+    def _linear(self, model: DisplayModel, asked: Floats, steps: Collection[PathStep]) -> Floats:
         """Return the channels' light of ``asked``: in the gamut of the display in the dark, and in the room's light."""
-        if Step.GAMUT_CLIP in steps:
+        if PathStep.GAMUT_CLIP in steps:
             dark = model.in_the_dark
             asked = dark.xyz_of_linear(np.clip(dark.linear(asked), 0.0, 1.0))
         linear = model.linear(asked)
-        return np.clip(linear, 0.0, 1.0) if Step.AMBIENT_LIGHT in steps else linear
+        return np.clip(linear, 0.0, 1.0) if PathStep.AMBIENT_LIGHT in steps else linear
 
-    def _compared(self, reference: Pair, seen: Pair, steps: Collection[Step] = ()) -> dict[Eye, Floats]:
+    def _compared(self, reference: Pair, seen: Pair, steps: Collection[PathStep] = ()) -> dict[Eye, Floats]:
         """Return the ΔE00 of each eye; evened out by the dimmest place, all of a picture and its white are darker."""
-        gain_map = self.correction.gain_map if Step.GAIN_MAP in steps else None
+        gain_map = self.correction.gain_map if PathStep.GAIN_MAP in steps else None
         share = 1.0 if gain_map is None else gain_map.delivered_share
         found = {}
         for eye in EYES:

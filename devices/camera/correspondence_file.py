@@ -17,21 +17,21 @@ from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
-from documents.tables import Column, Form, Table, number_in
+from documents.tables import Cells, Form, InColumn, number_in
 from documents.text import visible
 
 _RGB, _XYZ = ("R", "G", "B"), ("X", "Y", "Z")
 _EXPOSURE = ("time_s", "f_number", "iso")
-_LIGHT = tuple(Column(name, (f"XYZ_{name}",), unit="cd/m²") for name in _XYZ)
-_NAME = Column("name", ("SAMPLE_NAME",), text=True, needed=False)
+_LIGHT = tuple(InColumn(name, (f"XYZ_{name}",), unit="cd/m²") for name in _XYZ)
+_NAME = InColumn("name", ("SAMPLE_NAME",), text=True, needed=False)
 _SEEN = Form(
     (
-        *(Column(name, (long, f"RGB_{name}")) for name, long in zip(_RGB, ("red", "green", "blue"), strict=True)),
+        *(InColumn(name, (long, f"RGB_{name}")) for name, long in zip(_RGB, ("red", "green", "blue"), strict=True)),
         *_LIGHT,
         _NAME,
-        Column("time_s", text=True, needed=False, unit="s"),  # such as 1/15
-        Column("f_number", needed=False),
-        Column("iso", needed=False, empty=100.0),
+        InColumn("time_s", text=True, needed=False, unit="s"),  # such as 1/15
+        InColumn("f_number", needed=False),
+        InColumn("iso", needed=False, empty=100.0),
     ),
     "table of colours",
     DeviceError,
@@ -118,11 +118,11 @@ def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
     return ReferenceColours(light, _names(table), table.file, _observer(table))
 
 
-def _names(table: Table) -> tuple[str, ...]:
+def _names(table: Cells) -> tuple[str, ...]:
     return tuple(visible(name).strip() or f"patch {row + 1}" for row, name in enumerate(table.texts("name")))
 
 
-def _more_faults(table: Table) -> Iterator[Finding]:
+def _more_faults(table: Cells) -> Iterator[Finding]:
     """Yield what is wrong with exposures."""
     if ("time_s" in table) != ("f_number" in table):
         yield Finding("an exposure needs both time_s and f_number", table.file, table.header_line)
@@ -138,7 +138,7 @@ def _more_faults(table: Table) -> Iterator[Finding]:
             yield table.fault(row, wrong, f"the exposure is '{said}'", "such as 1/15, 8, 800")
 
 
-def _given(table: Table) -> Iterable[tuple[str, float, float]]:
+def _given(table: Cells) -> Iterable[tuple[str, float, float]]:
     """Return time, f-number and ISO of each row; no rows where the table does not say."""
     if "time_s" not in table:
         return []
@@ -150,7 +150,7 @@ def _exposure(time: str, f_number: float, iso: float) -> Exposure:
     return Exposure(parse_seconds(time.replace(",", ".")), f_number, iso)
 
 
-def _observer(table: Table) -> str | None:
+def _observer(table: Cells) -> str | None:
     if "observer" not in table.said:
         return None
     try:
@@ -161,7 +161,7 @@ def _observer(table: Table) -> str | None:
         raise DeviceError(Finding(finding.message, table.file, line, remedy=finding.remedy)) from None
 
 
-def _full(table: Table) -> float:
+def _full(table: Cells) -> float:
     """Return the camera's largest value, of a comment such as ``# rgb: 0..16383``."""
     low, _, high = table.comment("rgb").partition("..")
     if number_in(low) != 0 or not number_in(high) > 0:

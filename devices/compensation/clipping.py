@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.display.model import Clipping, DisplayModel, outside_limits
+from devices.display.model import Clipped, DisplayModel, outside_limits
 from devices.errors import DeviceError
 from documents import Finding, in_threads
 from documents.arrays import Floats
@@ -31,7 +31,7 @@ class ClipCost:
     Quantisation to device codes is not part of it.
     """
 
-    clipping: Clipping
+    clipping: Clipped
     delta_e_00_mean: float
     delta_e_00_max: float
 
@@ -62,7 +62,7 @@ def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike, *, half: bool = False) 
     asked = np.asarray(xyz_cd_m2).reshape(-1, 3)
     lowest, highest = model.limits
 
-    def work(part: slice) -> tuple[Clipping | None, float, float]:
+    def work(part: slice) -> tuple[Clipped | None, float, float]:
         block = asked[part].astype(np.float64)
         linear = np.ascontiguousarray(model.linear(block).T)
         # A block within the channels' limits holds nothing to count or to compare.
@@ -109,10 +109,10 @@ def over_blocks(work: Callable[[slice], Result], pixels: int) -> Iterator[Result
     return chain.from_iterable(in_threads(several, range(0, pixels, _SHARE)))
 
 
-def counted_together(parts: Sequence[Clipping]) -> Clipping:
+def counted_together(parts: Sequence[Clipped]) -> Clipped:
     """Return the counts of a picture from those of its parts."""
-    names = [field.name for field in fields(Clipping)]
-    return Clipping(**{name: sum(getattr(part, name) for part in parts) for name in names})
+    names = [field.name for field in fields(Clipped)]
+    return Clipped(**{name: sum(getattr(part, name) for part in parts) for name in names})
 
 
 def _difference(model: DisplayModel, asked: Floats, linear: Floats) -> Floats:

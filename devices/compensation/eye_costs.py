@@ -23,7 +23,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.compensation.clipping import ClipCost, check_finite, clip_cost, counted_together, over_blocks
 from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import Clipping, outside_limits, rounding_of, rounding_of_half
+from devices.display.model import Clipped, outside_limits, rounding_of, rounding_of_half
 from documents.arrays import Floats
 
 Pixels = NDArray[np.floating]
@@ -84,7 +84,7 @@ def mixed_costs(
     limits = mixture.limits
     views: dict[Eye, Pixels] = {"left": left_XYZ.reshape(-1, 3), "right": right_XYZ.reshape(-1, 3)}
 
-    def work(part: slice) -> tuple[Clipping, Mapping[Eye, _CostSums]]:
+    def work(part: slice) -> tuple[Clipped, Mapping[Eye, _CostSums]]:
         asked = {eye: views[eye][part].astype(np.float64) for eye in EYES}
         for view in asked.values():
             check_finite(view)
@@ -158,7 +158,7 @@ class _CostSums:
         self.projection += block.projection
         self.projection_max = max(self.projection_max, block.projection_max)
 
-    def costs(self, counted: Clipping) -> dict[str, float]:
+    def costs(self, counted: Clipped) -> dict[str, float]:
         pixels = max(counted.pixels, 1)
         return ClipCost(counted, self.clip / pixels, self.clip_max).to_json() | {
             "percent_noticed": round(100.0 * self.noticed / pixels, 4),

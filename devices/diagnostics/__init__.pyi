@@ -2,8 +2,8 @@ from .chromaticity_diagrams import locus_line as locus_line
 from .diagnosis import Colour as Colour
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import JudgeOptions as JudgeOptions
-from .diagnosis import Line as Line
-from .diagnosis import Panel as Panel
+from .diagnosis import PlotAxes as PlotAxes
+from .diagnosis import Trace as Trace
 from .diagnosis import Verdicts as Verdicts
 from .diagnosis import numbers as numbers
 from .drift import Drift as Drift

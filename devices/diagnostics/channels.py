@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.diagnostics.diagnosis import Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import (
     CHANNELS,
     FLOOR_SHARE,
@@ -79,18 +79,18 @@ def tone_response(measurements: Measurements) -> Diagnosis:
         rows.append((name, gamma, f"{fit:.4f}", fall, float(len(levels))))
         smooth = np.linspace(0, levels[-1], 120)
         lines = (
-            Line("read", numbers(255 * levels), numbers(light), colour, "points"),
-            Line(
+            Trace("read", numbers(255 * levels), numbers(light), colour, "points"),
+            Trace(
                 f"gamma {gamma:.2f}", numbers(255 * smooth), numbers((smooth / levels[-1]) ** gamma), colour, "dashed"
             ),
         )
-        panels.append(Panel(name, "code (0–255)", "luminance, share of full", lines))
+        panels.append(PlotAxes(name, "code (0–255)", "luminance, share of full", lines))
     value = max(falls)
     worst = rows[int(np.argmax(falls))][0]
     words = (
         "Light rises with the code everywhere." if value == 0 else f"The largest fall, of {worst}, is {value:.2g} %."
     )
-    table = Table(("ramp", "best gamma", "R²", "largest fall, %", "levels"), tuple(rows))
+    table = Readout(("ramp", "best gamma", "R²", "largest fall, %", "levels"), tuple(rows))
     return RISING.judged(value, words + _dark(measurements), series=tuple(panels), table=table)
 
 
@@ -105,12 +105,12 @@ def headroom(measurements: Measurements) -> Diagnosis:
     rise = {name: 100 * float(light[-1] - np.interp(_TOP, levels, light)) for name, (levels, light) in full.items()}
     least = min(rise, key=lambda name: rise[name])
     lines = tuple(
-        Line(name, numbers(255 * full[name][0]), numbers(full[name][1]), colour, "line")
+        Trace(name, numbers(255 * full[name][0]), numbers(full[name][1]), colour, "line")
         for name, colour in _RAMPS
         if name in full
     )
-    panel = Panel("", "code (0–255)", "luminance, share of full", lines)
-    table = Table(("ramp", "rise, %"), tuple(rise.items()))
+    panel = PlotAxes("", "code (0–255)", "luminance, share of full", lines)
+    table = Readout(("ramp", "rise, %"), tuple(rise.items()))
     words = f"Over the top 2 % of codes {least} rises least, by {rise[least]:.2g} % of its light."
     return HEADROOM.judged(rise[least], words, series=(panel,), table=table)
 
@@ -153,7 +153,7 @@ def channel_constancy(measurements: Measurements) -> Diagnosis:
     if min(len(ramp) for ramp in channel_ramps(measurements).values()) < _FEWEST:
         measurements = cable_colours(measurements)
     dark, remark = black_or_none(measurements)
-    as_read: tuple[list[Line], list[Line]] = ([], [])
+    as_read: tuple[list[Trace], list[Trace]] = ([], [])
     shifts, rows = [], []
     for name in CHANNELS:
         ramp = channel_ramps(measurements)[name]
@@ -171,11 +171,11 @@ def channel_constancy(measurements: Measurements) -> Diagnosis:
         lit = np.all(np.isfinite(coordinates), axis=1)
         for axis in (0, 1):
             level = 255 * ramp.levels[lit]
-            as_read[axis].append(Line(name, numbers(level), numbers(coordinates[lit, axis]), _COLOURS[name], "points"))
+            as_read[axis].append(Trace(name, numbers(level), numbers(coordinates[lit, axis]), _COLOURS[name], "points"))
             full = numbers([coordinates[lit][-1, axis]] * 2)
-            as_read[axis].append(Line("", numbers([0, 255]), full, _COLOURS[name], "dashed"))
+            as_read[axis].append(Trace("", numbers([0, 255]), full, _COLOURS[name], "dashed"))
     panels = tuple(
-        Panel(f"{axis} as read, black included", "code (0–255)", axis, tuple(lines))
+        PlotAxes(f"{axis} as read, black included", "code (0–255)", axis, tuple(lines))
         for axis, lines in zip("xy", as_read, strict=True)
     )
     least = rows[int(np.argmax(shifts))]
@@ -185,7 +185,7 @@ def channel_constancy(measurements: Measurements) -> Diagnosis:
             " Liquid crystals do this, and so do codes that are converted for a display of another tone response on "
             "their way (colour management of the desktop): see Primaries of a standard."
         )
-    table = Table(("channel", "at code (0–255)", "largest Δu′v′"), tuple(rows))
+    table = Readout(("channel", "at code (0–255)", "largest Δu′v′"), tuple(rows))
     if not np.all(np.isfinite(shifts)):
         return CONSTANCY.unjudged(f"A channel's light has no chromaticity.{remark}", series=panels)
     return CONSTANCY.judged(max(shifts), words, series=panels, table=table)
@@ -240,23 +240,23 @@ def additivity(measurements: Measurements) -> Diagnosis:
     order = np.flatnonzero(grey)[np.argsort(codes[grey, 0])]
     level = 255 * codes[order, 0]
     panels = [
-        Panel(
+        PlotAxes(
             "greys",
             "code (0–255)",
             "luminance, cd/m²",
             (
-                Line("read", numbers(level), numbers(together[order, 1]), "red", "dashed"),
-                Line("sum of the channels", numbers(level), numbers(apart[order, 1]), "blue", "line"),
+                Trace("read", numbers(level), numbers(together[order, 1]), "red", "dashed"),
+                Trace("sum of the channels", numbers(level), numbers(apart[order, 1]), "blue", "line"),
             ),
         )
     ]
     panels.append(
-        Panel(
+        PlotAxes(
             "every mixture",
             "luminance, cd/m²",
             "read, from the sum, %",
             tuple(
-                Line(axis, numbers(together[judged, i]), numbers(relative[judged, i]), colour, "points")
+                Trace(axis, numbers(together[judged, i]), numbers(relative[judged, i]), colour, "points")
                 for i, (axis, colour) in enumerate(_AXES)
             ),
             (-2.0, 2.0),
@@ -271,7 +271,7 @@ def additivity(measurements: Measurements) -> Diagnosis:
         f"Of {len(judged)} mixtures, {' '.join(f'{255 * part:.0f}' for part in codes[worst])} differs most from the "
         f"sum of its channels, by {value:.2g} %.{remark}"
     )
-    table = Table(("code (0–255)", "X, %", "Y, %", "Z, %"), rows)
+    table = Readout(("code (0–255)", "X, %", "Y, %", "Z, %"), rows)
     return ADDITIVITY.judged(value, words, series=tuple(panels), table=table)
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
-from devices.diagnostics.diagnosis import Colour, Line, Panel, numbers
+from devices.diagnostics.diagnosis import Colour, PlotAxes, Trace, numbers
 from devices.diagnostics.readings import uv
 from documents.arrays import Floats
 
@@ -52,12 +52,12 @@ LOCUS: tuple[tuple[int, float, float], ...] = (
 )
 
 
-def locus_line() -> Line:
+def locus_line() -> Trace:
     """Return the horseshoe of real colours in x, y, closed by the line of purples.
 
     Returns
     -------
-    Line
+    Trace
         Chromaticities x and y, no unit, in 0..1, from 400 nm upwards.
 
     Examples
@@ -66,21 +66,21 @@ def locus_line() -> Line:
     >>> line.name, len(line.x) == len(line.y)
     ('real colours', True)
     """
-    return Line("real colours", tuple(x for _, x, _ in LOCUS), tuple(y for _, _, y in LOCUS), "soft", "outline")
+    return Trace("real colours", tuple(x for _, x, _ in LOCUS), tuple(y for _, _, y in LOCUS), "soft", "outline")
 
 
 # Triangles beyond these begin again; dashes keep two that lie on each other apart.
 _COLOURS: tuple[Colour, ...] = ("accent", "red", "blue", "green", "ink", "grey")
 
 
-def diagrams(lines: Sequence[Line]) -> tuple[Panel, Panel]:
+def diagrams(lines: Sequence[Trace]) -> tuple[PlotAxes, PlotAxes]:
     """Return ``lines``, in x and y, among the real colours, as a panel in xy and one in u′v′."""
     drawn = (locus_line(), *lines)
     in_uv = tuple(_in_uv(line) for line in drawn)
-    return Panel("CIE 1931", "x", "y", drawn, equal=True), Panel("CIE 1976", "u′", "v′", in_uv, equal=True)
+    return PlotAxes("CIE 1931", "x", "y", drawn, equal=True), PlotAxes("CIE 1976", "u′", "v′", in_uv, equal=True)
 
 
-def triangle(name: str, corners_xy: Floats, white_xy: Floats | None = None, number: int = 0) -> tuple[Line, ...]:
+def triangle(name: str, corners_xy: Floats, white_xy: Floats | None = None, number: int = 0) -> tuple[Trace, ...]:
     """Return the lines of a gamut: its triangle, corners (3, 2), and its white (2,), if it is given.
 
     The first of several is whole, the second dashed, and so on, each in a colour of its own.
@@ -89,25 +89,25 @@ def triangle(name: str, corners_xy: Floats, white_xy: Floats | None = None, numb
     return (_outline(name, corners_xy, colour, dashed=number % 2 == 1), *_white(white_xy, colour))
 
 
-def srgb_triangle() -> Line:
+def srgb_triangle() -> Trace:
     """Return the triangle of sRGB, to compare with."""
     return _outline("sRGB", np.array(SRGB_PRIMARIES_XY), "soft", dashed=True)
 
 
-def _white(white_xy: Floats | None, colour: Colour) -> tuple[Line, ...]:
+def _white(white_xy: Floats | None, colour: Colour) -> tuple[Trace, ...]:
     if white_xy is None:
         return ()
-    return (Line("", (float(white_xy[0]),), (float(white_xy[1]),), colour, "points"),)
+    return (Trace("", (float(white_xy[0]),), (float(white_xy[1]),), colour, "points"),)
 
 
-def _outline(name: str, corners: Floats, colour: Colour, *, dashed: bool) -> Line:
+def _outline(name: str, corners: Floats, colour: Colour, *, dashed: bool) -> Trace:
     if not dashed:
-        return Line(name, numbers(corners[:, 0]), numbers(corners[:, 1]), colour, "outline")
+        return Trace(name, numbers(corners[:, 0]), numbers(corners[:, 1]), colour, "outline")
     closed = np.vstack([corners, corners[:1]])
-    return Line(name, numbers(closed[:, 0]), numbers(closed[:, 1]), colour, "dashed")
+    return Trace(name, numbers(closed[:, 0]), numbers(closed[:, 1]), colour, "dashed")
 
 
-def _in_uv(line: Line) -> Line:
+def _in_uv(line: Trace) -> Trace:
     moved = uv_from_xy(np.column_stack([line.x, line.y]))
     return replace(line, x=numbers(moved[:, 0]), y=numbers(moved[:, 1]))
 

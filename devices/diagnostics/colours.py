@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from devices.diagnostics.chromaticity_diagrams import diagrams
-from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, by_code, means, primaries, uv, xy
 from devices.readings import Measurements
 from documents.arrays import Floats
@@ -52,10 +52,10 @@ def primary_colours(measurements: Measurements) -> Diagnosis:
     swapped = _misnamed(matrix)
     corners = xy(matrix.T)
     lines = tuple(
-        Line(name, (float(corner[0]),), (float(corner[1]),), _COLOURS[name], "points")
+        Trace(name, (float(corner[0]),), (float(corner[1]),), _COLOURS[name], "points")
         for name, corner in zip(CHANNELS, corners, strict=True)
     )
-    outline = Line("", numbers(corners[:, 0]), numbers(corners[:, 1]), "soft", "outline")
+    outline = Trace("", numbers(corners[:, 0]), numbers(corners[:, 1]), "soft", "outline")
     words = f"Errors of a reading grow at most {condition:.2g} times on the way to light of the channels."
     if swapped:
         words += f" {swapped}: the columns of the file may be mixed up."
@@ -68,7 +68,7 @@ def primary_colours(measurements: Measurements) -> Diagnosis:
         words + remark,
         sound=not swapped,
         series=diagrams((outline, *lines)),
-        table=Table(("", "X", "Y", "Z", "x", "y"), rows),
+        table=Readout(("", "X", "Y", "Z", "x", "y"), rows),
     )
 
 
@@ -94,18 +94,19 @@ def spectral_overlap(measurements: Measurements) -> Diagnosis:
         for first, second in (("red", "green"), ("green", "blue"), ("red", "blue"))
     }
     most = max(shared, key=lambda pair: shared[pair])
-    lines = tuple(Line(name, numbers(waves), numbers(spectra[name]), _COLOURS[name], "line") for name in CHANNELS)
+    lines = tuple(Trace(name, numbers(waves), numbers(spectra[name]), _COLOURS[name], "line") for name in CHANNELS)
     low = 0.1 * max(float(spectrum.max()) for spectrum in spectra.values())
     foot = tuple(
-        Line(name, numbers(waves), numbers(np.minimum(spectra[name], low)), _COLOURS[name], "line") for name in CHANNELS
+        Trace(name, numbers(waves), numbers(np.minimum(spectra[name], low)), _COLOURS[name], "line")
+        for name in CHANNELS
     )
     panels = (
-        Panel("each with area 1", "wavelength, nm", "1/nm", lines),
-        Panel("the lowest tenth", "wavelength, nm", "1/nm", foot),
+        PlotAxes("each with area 1", "wavelength, nm", "1/nm", lines),
+        PlotAxes("the lowest tenth", "wavelength, nm", "1/nm", foot),
     )
     words = f"The spectra of {most} share most, {shared[most]:.3g} % of their area."
     return OVERLAP.judged(
-        shared[most], words, series=panels, table=Table(("pair", "shared area, %"), tuple(shared.items()))
+        shared[most], words, series=panels, table=Readout(("pair", "shared area, %"), tuple(shared.items()))
     )
 
 
@@ -163,9 +164,9 @@ def chromaticities(measurements: Measurements) -> Diagnosis:
     lit = np.all(np.isfinite(samples), axis=1) & np.all(light >= 0, axis=1)
     triangle = xy(matrix.T)
     lines = (
-        Line("primaries", numbers(triangle[:, 0]), numbers(triangle[:, 1]), "ink", "outline"),
-        Line("samples", numbers(samples[lit, 0]), numbers(samples[lit, 1]), "accent", "points"),
-        Line("sum of primaries", (float(white[0]),), (float(white[1]),), "ink", "points"),
+        Trace("primaries", numbers(triangle[:, 0]), numbers(triangle[:, 1]), "ink", "outline"),
+        Trace("samples", numbers(samples[lit, 0]), numbers(samples[lit, 1]), "accent", "points"),
+        Trace("sum of primaries", (float(white[0]),), (float(white[1]),), "ink", "points"),
     )
     code = " ".join(f"{255 * part:.0f}" for part in codes[bright][worst])
     words = f"Of {int(bright.sum())} samples "
@@ -177,7 +178,7 @@ def chromaticities(measurements: Measurements) -> Diagnosis:
             f" {counted(len(below), 'reading has', 'readings have')} a negative X, Y or Z, such as that of "
             f"{_words(codes[below[0]])}."
         )
-    table = Table(
+    table = Readout(
         ("", "x", "y", "u′", "v′"),
         tuple(
             (name, *(f"{value:.4f}" for value in (*xy(column), *uv(column))))

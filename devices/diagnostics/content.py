@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from devices.colour.spaces import xyz_to_lab
-from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import tag, tagged
 from devices.diagnostics.signal_path import NOT_MEASURED, pooled_deviation
 from devices.readings import Measurements
@@ -45,7 +45,7 @@ def dynamic_contrast(measurements: Measurements) -> Diagnosis:
         found[around] = slope, stray
         change = 100 * (on_this / on_black - 1)
         colour = _COLOURS[len(found) % len(_COLOURS)]
-        lines.append(Line(f"on {around}", numbers(on_black), numbers(change), colour, "points"))
+        lines.append(Trace(f"on {around}", numbers(on_black), numbers(change), colour, "points"))
         rows.append((around, f"{100 * (slope - 1):+.2f}", stray))
     if not found:
         return DYNAMIC.unjudged(NOT_MEASURED)
@@ -62,8 +62,8 @@ def dynamic_contrast(measurements: Measurements) -> Diagnosis:
             if value > 0
             else " Light is limited by the picture's mean level (see there), or a backlight dims bright pictures."
         )
-    panel = Panel("", "luminance on black, cd/m²", "change from that on black, %", tuple(lines))
-    table = Table(("surround", "own light, %", "stray light, cd/m²"), tuple(rows))
+    panel = PlotAxes("", "luminance on black, cd/m²", "change from that on black, %", tuple(lines))
+    table = Readout(("surround", "own light, %", "stray light, cd/m²"), tuple(rows))
     return DYNAMIC.judged(abs(value), words, series=(panel,), table=table)
 
 
@@ -137,16 +137,16 @@ def black_with_picture(measurements: Measurements) -> Diagnosis:
     words = f"Black is {value:.2g} of L* lighter {highest} than {lowest}."
     if value > (BLACK.limit or 0):
         words += " A backlight follows the picture: switch off dynamic contrast and local dimming in the monitor."
-    table = Table(
+    table = Readout(
         ("black", "luminance, cd/m²", "L*", "readings"),
         tuple((name, light[name], lightness[name], float(len(blacks[name]))) for name in light),
     )
     names = tuple(light)
-    panel = Panel(
+    panel = PlotAxes(
         "",
         "black",
         "luminance, cd/m²",
-        (Line("", numbers(range(1, len(names) + 1)), numbers(light.values()), "ink"),),
+        (Trace("", numbers(range(1, len(names) + 1)), numbers(light.values()), "ink"),),
         x_names=names,
     )
     return BLACK.judged(value, words, series=(panel,), table=table)
@@ -240,15 +240,15 @@ def picture_level(measurements: Measurements) -> Diagnosis:
             "that of the session's pictures."
         )
     areas = np.array(list(light))
-    panel = Panel(
+    panel = PlotAxes(
         "",
         "area of white, % of the screen",
         "luminance, cd/m²",
-        (Line("", numbers(100 * areas), numbers(light.values()), "ink", "line"),),
+        (Trace("", numbers(100 * areas), numbers(light.values()), "ink", "line"),),
         (brightest * (1 - (LEVEL.limit or 0) / 100),),
     )
     cells: tuple[tuple[Cell, ...], ...] = tuple(
         (100 * area, y, f"{100 * (y / brightest - 1):+.2f}") for area, y in light.items()
     )
-    table = Table(("area, %", "luminance, cd/m²", "from the brightest, %"), cells)
+    table = Readout(("area, %", "luminance, cd/m²", "from the brightest, %"), cells)
     return LEVEL.judged(value, words, series=(panel,), table=table)

@@ -16,7 +16,7 @@ Cell = str | float | None
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class Trace:
     """One series of a figure; ``x`` and ``y`` are equally long, and an ``outline`` is closed."""
 
     name: str
@@ -27,7 +27,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Panel:
+class PlotAxes:
     """One pair of axes.
 
     ``levels`` are limits, drawn as horizontal lines; ``equal`` gives both axes one scale; ``x_names``, where given,
@@ -37,14 +37,14 @@ class Panel:
     title: str
     x_label: str
     y_label: str
-    lines: tuple[Line, ...]
+    lines: tuple[Trace, ...]
     levels: tuple[float, ...] = ()
     equal: bool = False
     x_names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class Readout:
     """Numbers behind a verdict; each row has a cell for each heading."""
 
     header: tuple[str, ...]
@@ -86,8 +86,8 @@ class Diagnosis(JsonResult):
     source: str
     words: str
     at_least: bool = False
-    series: tuple[Panel, ...] = ()
-    table: Table | None = None
+    series: tuple[PlotAxes, ...] = ()
+    table: Readout | None = None
     output: str = ""
     subject: str = ""
 

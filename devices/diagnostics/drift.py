@@ -22,7 +22,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Check, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import brightest, by_code, patch_name, primaries
 from devices.diagnostics.time_trend import TimeTrend, trend_in_time
 from devices.readings import Measurements
@@ -275,15 +275,15 @@ def repeatability(measurements: Measurements) -> Diagnosis:
         steps = np.diff(relative)
         squares += list(steps**2 / 2)
         name = patch_name(measurements.name[readings[0]])
-        lines.append(Line(name, numbers(range(2, len(readings) + 1)), numbers(steps), "ink", "points"))
+        lines.append(Trace(name, numbers(range(2, len(readings) + 1)), numbers(steps), "ink", "points"))
         words = " ".join(f"{round(255 * part)}" for part in code)
         rows.append((name, words, float(len(readings)), float(np.sqrt(np.mean(steps**2) / 2))))
     if len(squares) < _FEWEST_DIFFERENCES:
         return REPEATABILITY.unjudged("Read a bright patch such as white at least four times in the course of a run.")
     value = float(np.sqrt(np.mean(squares)))
-    panel = Panel("", "reading of the patch", "change from the reading before, %", tuple(lines))
+    panel = PlotAxes("", "reading of the patch", "change from the reading before, %", tuple(lines))
     rows.sort(key=lambda row: -float(row[3]))
-    table = Table(("patch", "code (0–255)", "readings", "standard deviation, %"), tuple(rows[:12]))
+    table = Readout(("patch", "code (0–255)", "readings", "standard deviation, %"), tuple(rows[:12]))
     words = (
         f"Readings of one patch differ with a standard deviation of {value:.2g} %, from {len(squares)} repeats of "
         f"{len(rows)} patch{'' if len(rows) == 1 else 'es'}."
@@ -326,7 +326,7 @@ def drift(measurements: Measurements) -> Diagnosis:
         beyond += list(when - when.mean())
         change += list(relative)
         lines.append(
-            Line(patch_name(measurements.name[readings[0]]), numbers(when), numbers(relative), "ink", "points")
+            Trace(patch_name(measurements.name[readings[0]]), numbers(when), numbers(relative), "ink", "points")
         )
     span = float(np.ptp(ahead)) if ahead else 0.0
     if len(ahead) < _FEWEST_READINGS or span <= 0:
@@ -335,9 +335,9 @@ def drift(measurements: Measurements) -> Diagnosis:
     total = slope * span
     middle = (min(ahead) + max(ahead)) / 2
     ends = np.array([min(ahead), max(ahead)])
-    trend = Line("trend", numbers(ends), numbers(slope * (ends - middle)), "accent", "line")
+    trend = Trace("trend", numbers(ends), numbers(slope * (ends - middle)), "accent", "line")
     label = "time, min" if timed else "reading"
-    panel = Panel("", label, "luminance from its mean, %", (*lines, trend), (-0.5, 0.5))
+    panel = PlotAxes("", label, "luminance from its mean, %", (*lines, trend), (-0.5, 0.5))
     over = f"{span:.3g} minutes" if timed else f"{span:.0f} readings (no times were kept)"
     words = f"Repeated patches {'rose' if total > 0 else 'fell'} by {abs(total):.2g} % over {over}."
     found = estimate_drift(measurements)
@@ -345,8 +345,8 @@ def drift(measurements: Measurements) -> Diagnosis:
         return DRIFT.judged(abs(total), words, series=(panel,))
     smooth = np.linspace(found.start, found.end, 200)
     course = 100 * (found.gains(smooth) / found.gains(smooth).mean() - 1)
-    curve = Line("trend", numbers(smooth / 60 if timed else smooth + 1), numbers(course), "accent", "line")
-    panel = Panel("", label, "luminance from its mean, %", (*lines, curve), (-0.5, 0.5))
+    curve = Trace("trend", numbers(smooth / 60 if timed else smooth + 1), numbers(course), "accent", "line")
+    panel = PlotAxes("", label, "luminance from its mean, %", (*lines, curve), (-0.5, 0.5))
     value = found.range_percent if found.light is not None else abs(total)
     words = f"{found.words[0].upper()}{found.words[1:]}. display fit corrects the readings by this."
     return DRIFT.judged(value, words, series=(panel,))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from devices.compensation.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, EyeLeak, LeakShare, fit_crosstalk
-from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import FLOOR_SHARE, SAME_DIGITS, by_code, means, patch_name, tag, tagged
 from devices.display.display_file import Eye
 from devices.errors import DeviceError
@@ -61,18 +61,18 @@ def glasses_transmittance(through: Measurements, without: Measurements) -> Diagn
     code = " ".join(f"{255 * part:.0f}" for part in codes[brightest])
     words = f"At code {code} {seen[brightest, 1]:.4g} of {bare[brightest, 1]:.4g} cd/m² come through, {value:.3g} %."
     spectral = transmittance(through, without, tuple(float(part) for part in codes[brightest]))
-    series: tuple[Panel, ...] = ()
+    series: tuple[PlotAxes, ...] = ()
     if spectral is not None:
         waves, share = spectral
         peak = int(np.argmax(share))
         words += f" Spectral transmittance peaks at {100 * share[peak]:.3g} %, at {waves[peak]:.0f} nm."
-        line = Line("transmittance", numbers(waves), numbers(100 * share), "accent", "line")
-        series = (Panel("", "wavelength, nm", "transmittance, %", (line,)),)
+        line = Trace("transmittance", numbers(waves), numbers(100 * share), "accent", "line")
+        series = (PlotAxes("", "wavelength, nm", "transmittance, %", (line,)),)
     rows = tuple(
         (axis, float(bare[brightest, i]), float(seen[brightest, i]), _share(seen[brightest, i], bare[brightest, i]))
         for i, axis in enumerate("XYZ")
     )
-    table = Table(("", "without glasses", "through the glasses", "share, %"), rows)
+    table = Readout(("", "without glasses", "through the glasses", "share, %"), rows)
     if through.mode == _BARE or (through.mode in _MIRRORS and value > (TRANSMITTANCE.limit or 0)):
         words += f" {_NO_GLASSES if through.mode == _BARE else _PERHAPS_MIRRORS}"
         return TRANSMITTANCE.described(value, words, series=series, table=table)
@@ -121,20 +121,20 @@ def luminance_loss(through: Measurements, without: Measurements) -> Diagnosis:
     value = float(100 * np.abs(share / median - 1).max())
     level = numbers(255 * codes[:, 0])
     panels = (
-        Panel(
+        PlotAxes(
             "greys",
             "code (0–255)",
             "luminance, cd/m²",
             (
-                Line("without glasses", level, numbers(bare), "soft", "line"),
-                Line("through the glasses", level, numbers(seen), "accent", "line"),
+                Trace("without glasses", level, numbers(bare), "soft", "line"),
+                Trace("through the glasses", level, numbers(seen), "accent", "line"),
             ),
         ),
-        Panel(
+        PlotAxes(
             "share that comes through",
             "code (0–255)",
             "%",
-            (Line("share", numbers(255 * codes[bright, 0]), numbers(100 * share), "accent", "points"),),
+            (Trace("share", numbers(255 * codes[bright, 0]), numbers(100 * share), "accent", "points"),),
             (90 * median, 110 * median),
         ),
     )
@@ -252,7 +252,7 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
         )
     names = list(dict.fromkeys(name for _, name in leaks))
     lines = tuple(
-        Line(
+        Trace(
             f"{side} eye",
             numbers(names.index(name) + 1 for seen_by, name in leaks if seen_by == side),
             numbers(leak for (seen_by, _), leak in leaks.items() if seen_by == side),
@@ -260,9 +260,11 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
         )
         for side, tint in _TINTS
     )
-    panel = Panel("", "colour in the other eye's picture", "leak, % of luminance", lines, (5.0,), x_names=tuple(names))
+    panel = PlotAxes(
+        "", "colour in the other eye's picture", "leak, % of luminance", lines, (5.0,), x_names=tuple(names)
+    )
     heads = ("into the eye", "colour", "over", "leak, %", "matrix", "readings", "largest residual, cd/m²")
-    table = Table(heads, tuple(rows))
+    table = Readout(heads, tuple(rows))
     return CROSSTALK.judged(value, words, series=(panel,), table=table, output=crosstalk_yaml(fit))
 
 

@@ -18,7 +18,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
 from devices.diagnostics.chromaticity_diagrams import diagrams, srgb_triangle, uv_from_xy
 from devices.diagnostics.chromaticity_diagrams import triangle as gamut_lines
-from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, means, primaries, uv, xy
 from devices.display.model import DisplayModel
 from devices.readings import Measurements
@@ -120,7 +120,7 @@ def gamuts(sets: Sequence[tuple[str, Measurements]]) -> Diagnosis:
         for number, (name, found) in enumerate(known)
         for line in gamut_lines(name, found.corners_xy, found.white_xy, number)
     ]
-    table = Table(
+    table = Readout(
         ("", "area in u′v′", "white x", "white y", "white, cd/m²"),
         tuple((name, each.area, *(f"{part:.4f}" for part in each.white_xy), each.white_cd_m2) for name, each in known),
     )
@@ -146,11 +146,11 @@ def gamut_change(measurements: Measurements, other: Measurements, label: str, ot
     rows: list[tuple[Cell, ...]] = []
     for name, each in ((other_label, before), (label, triangle)):
         rows.append((name, each.area, *(f"{part:.4f}" for part in each.white_xy), each.white_cd_m2))
-    table = Table(("", "area in u′v′", "white x", "white y", "white, cd/m²"), tuple(rows))
+    table = Readout(("", "area in u′v′", "white x", "white y", "white, cd/m²"), tuple(rows))
     return CHANGE.judged(abs(value), words, series=diagrams(lines), table=table)
 
 
-def _rows(gamut: Gamut) -> Table:
+def _rows(gamut: Gamut) -> Readout:
     rows = tuple(
         (name, *(f"{value:.4f}" for value in (*plane, *even)))
         for name, plane, even in (
@@ -158,7 +158,7 @@ def _rows(gamut: Gamut) -> Table:
             ("white", gamut.white_xy, gamut.white_uv),
         )
     )
-    return Table(("", "x", "y", "u′", "v′"), rows)
+    return Readout(("", "x", "y", "u′", "v′"), rows)
 
 
 def _area(corners: Floats) -> float:
@@ -187,17 +187,17 @@ def estimated_codes(measurements: Measurements, model: DisplayModel) -> Diagnosi
         error = 255 * (estimate - real)[lit]
         rows.append((name, f"{shares[-1]:.5f}", float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())))
         lines = (
-            Line("", (0.0, 255.0), (0.0, 255.0), "soft", "line"),
-            Line(name, numbers(255 * real), numbers(255 * estimate), _COLOURS[channel], "points"),
+            Trace("", (0.0, 255.0), (0.0, 255.0), "soft", "line"),
+            Trace(name, numbers(255 * real), numbers(255 * estimate), _COLOURS[channel], "points"),
         )
-        panels.append(Panel(name, "real code (0–255)", "estimated code (0–255)", lines, equal=True))
+        panels.append(PlotAxes(name, "real code (0–255)", "estimated code (0–255)", lines, equal=True))
     words = f"Estimated codes explain {100 * min(shares):.4g} % of the real ones' variance in the worst channel."
     if min(shares) < 0:
         words = (
             "In the worst channel the estimated codes are farther from the real ones than their mean is, so that R² is "
             "below 0: the model is not this display's, or the readings are of another mode or range of codes."
         )
-    table = Table(("channel", "R²", "root mean square, codes of 8 bits", "largest"), tuple(rows))
+    table = Readout(("channel", "R²", "root mean square, codes of 8 bits", "largest"), tuple(rows))
     return CODES.judged(min(shares), words, series=tuple(panels), table=table)
 
 
@@ -210,15 +210,15 @@ def model_difference(measurements: Measurements, model: DisplayModel) -> Diagnos
     difference = delta_e_2000(xyz_to_lab(light, white), xyz_to_lab(model.xyz(codes), white))
     lightness = xyz_to_lab(light, white)[:, 0]
     worst = np.argsort(-difference)[:8]
-    table = Table(
+    table = Readout(
         ("code (0–255)", "ΔE00"),
         tuple((" ".join(f"{255 * part:.0f}" for part in codes[i]), float(difference[i])) for i in worst),
     )
-    panel = Panel(
+    panel = PlotAxes(
         "",
         "lightness L* of the reading",
         "ΔE00",
-        (Line("", numbers(lightness), numbers(difference), "accent"),),
+        (Trace("", numbers(lightness), numbers(difference), "accent"),),
         (1.0,),
     )
     words = (

@@ -24,7 +24,7 @@ from devices.colour_matching import (
     colorimetric_observer,
     individual_observers,
 )
-from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Check, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.errors import DeviceError
 from devices.readings import Measurements
 from documents import Finding, pages
@@ -378,11 +378,11 @@ def observers_differ(measurements: Measurements) -> Diagnosis:
     )
     seen = np.sort(found.delta_e_00[0])
     share = 100 * np.arange(1, len(seen) + 1) / len(seen)
-    lines = (Line("persons", numbers(seen), numbers(share), "ink", "line"),)
+    lines = (Trace("persons", numbers(seen), numbers(share), "ink", "line"),)
     rows = (("persons, median", of["median"]), ("persons, 95th percentile", of["p95"]), ("worst", of["worst"]))
     return OBSERVERS_DIFFER.described(
         of["p95"],
         words,
-        series=(Panel("who sees less", "ΔE00", "persons, %", lines),),
-        table=Table(("observer", "ΔE00"), (*rows, *standard.items())),
+        series=(PlotAxes("who sees less", "ΔE00", "persons, %", lines),),
+        table=Readout(("observer", "ΔE00"), (*rows, *standard.items())),
     )

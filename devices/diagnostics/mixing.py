@@ -17,7 +17,7 @@ from devices.colour.adaptation import bradford_matrix
 from devices.colour.spaces import rgb_to_xyz_matrix
 from devices.colour.srgb_encoding import D65_XY, SRGB_PRIMARIES_XY
 from devices.diagnostics.content import dynamic_contrast
-from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import CHANNELS, cable_colours, means, primaries, uv, xy
 from devices.diagnostics.signal_path import NOT_MEASURED
 from devices.errors import DeviceError
@@ -83,15 +83,15 @@ def white_segment(measurements: Measurements) -> Diagnosis:
         words += " See Channel independence and Average picture level."
     names = list(excess)
     drawn = [excess[name] for name in names]
-    panel = Panel(
+    panel = PlotAxes(
         "",
         "patch",
         "light, from the sum of its primaries, %",
-        (Line("", numbers(range(1, len(names) + 1)), numbers(drawn), "ink"),),
+        (Trace("", numbers(range(1, len(names) + 1)), numbers(drawn), "ink"),),
         (WHITE.limit or 0.0,),
         x_names=tuple(names),
     )
-    table = Table(("patch", "above black, cd/m²", "sum of its primaries", "from it, %"), tuple(rows))
+    table = Readout(("patch", "above black, cd/m²", "sum of its primaries", "from it, %"), tuple(rows))
     return WHITE.judged(value, words, series=(panel,), table=table)
 
 
@@ -141,7 +141,7 @@ def added_channels(measurements: Measurements) -> Diagnosis:
     light = _means_by_code(cable_colours(measurements))
     changes: dict[str, float] = {}
     rows: list[tuple[Cell, ...]] = []
-    lines: list[Line] = []
+    lines: list[Trace] = []
     for index, name in enumerate(CHANNELS):
         alone = light.get(_code(index, _FULL, 0))
         raised = [code for code in light if code[index] > code[index - 1] == code[index - 2] > 0]
@@ -156,8 +156,8 @@ def added_channels(measurements: Measurements) -> Diagnosis:
         changes[name] = float(np.linalg.norm(corners[1] - corners[0]))
         rows.append((name, *(f"{part:.4f}" for part in corners.ravel()), changes[name]))
         drawn = xy(np.array([own, added]))
-        lines.append(Line(name, numbers(drawn[:1, 0]), numbers(drawn[:1, 1]), _COLOURS[name], "points"))
-        lines.append(Line("", numbers(drawn[:, 0]), numbers(drawn[:, 1]), _COLOURS[name], "line"))
+        lines.append(Trace(name, numbers(drawn[:1, 0]), numbers(drawn[:1, 1]), _COLOURS[name], "points"))
+        lines.append(Trace("", numbers(drawn[:, 0]), numbers(drawn[:, 1]), _COLOURS[name], "line"))
     if not np.all(np.isfinite(list(changes.values()))):
         return ADDED.unjudged("A channel's light has no chromaticity.")
     for other in (dynamic_contrast(measurements), white_segment(measurements)):
@@ -171,8 +171,8 @@ def added_channels(measurements: Measurements) -> Diagnosis:
             "cannot show is cut off; or the channels interact strongly (see Channel independence). Switch colour "
             "management off for this window or in the desktop's settings, and measure again."
         )
-    table = Table(("channel", "u′ alone", "v′ alone", "u′ added", "v′ added", "Δu′v′"), tuple(rows))
-    panel = Panel("alone, and as added to grey (line)", "x", "y", tuple(lines), equal=True)
+    table = Readout(("channel", "u′ alone", "v′ alone", "u′ added", "v′ added", "Δu′v′"), tuple(rows))
+    panel = PlotAxes("alone, and as added to grey (line)", "x", "y", tuple(lines), equal=True)
     return ADDED.judged(changes[worst], words, series=(panel,), table=table)
 
 
@@ -230,17 +230,17 @@ def standard_primaries(measurements: Measurements) -> Diagnosis:
             "off for this window or in the desktop's settings, and measure again."
         )
     drawn, standard = xy(matrix.T), xy(of[nearest].T)
-    panel = Panel(
+    panel = PlotAxes(
         "CIE 1931",
         "x",
         "y",
         (
-            Line(nearest, numbers(standard[:, 0]), numbers(standard[:, 1]), "soft", "outline"),
-            Line("primaries", numbers(drawn[:, 0]), numbers(drawn[:, 1]), "accent", "points"),
+            Trace(nearest, numbers(standard[:, 0]), numbers(standard[:, 1]), "soft", "outline"),
+            Trace("primaries", numbers(drawn[:, 0]), numbers(drawn[:, 1]), "accent", "points"),
         ),
         equal=True,
     )
-    table = Table(("space, adapted to this white", "largest Δu′v′"), tuple(distances.items()))
+    table = Readout(("space, adapted to this white", "largest Δu′v′"), tuple(distances.items()))
     return STANDARD.described(value, words, series=(panel,), table=table)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import tagged, uv
 from devices.display.gain_map import GainMap
 from devices.readings import Measurements
@@ -44,16 +44,16 @@ def pixel_independence(measurements: Measurements) -> Diagnosis:
             continue
         change = [100 * (value / first - 1) for value in light.values()]
         worst = max(worst, max(change) - min(change))
-        lines.append(Line(patch, numbers(names.index(around) + 1 for around in light), numbers(change), "ink"))
+        lines.append(Trace(patch, numbers(names.index(around) + 1 for around in light), numbers(change), "ink"))
         rows += [(patch, around, light[around], f"{c:+.2f}") for around, c in zip(light, change, strict=True)]
     if worst < 0:
         return PIXEL_INDEPENDENCE.unjudged(
             "Read a patch in the middle of a black screen and of a white one, and name the readings gray120@on-black "
             "and gray120@on-white."
         )
-    panel = Panel("", "surround", "luminance from that on black, %", tuple(lines), (-2.0, 2.0), x_names=tuple(names))
+    panel = PlotAxes("", "surround", "luminance from that on black, %", tuple(lines), (-2.0, 2.0), x_names=tuple(names))
     cells: tuple[tuple[Cell, ...], ...] = tuple(rows)
-    table = Table(("patch", "surround", "luminance, cd/m²", "from black, %"), cells)
+    table = Readout(("patch", "surround", "luminance, cd/m²", "from black, %"), cells)
     return PIXEL_INDEPENDENCE.judged(
         worst, f"A patch's luminance changes by {worst:.2g} % with what surrounds it.", series=(panel,), table=table
     )
@@ -97,16 +97,18 @@ def uniformity(measurements: Measurements) -> Diagnosis:
     deviation = 100 * (GainMap(luminance, (columns, rows), "cells", "centre").gains - 1)
     value = float(np.abs(deviation).max())
     lines = tuple(
-        Line(f"row {r + 1}", numbers(range(1, columns + 1)), numbers(deviation[r]), _COLOURS[r % len(_COLOURS)], "line")
+        Trace(
+            f"row {r + 1}", numbers(range(1, columns + 1)), numbers(deviation[r]), _COLOURS[r % len(_COLOURS)], "line"
+        )
         for r in range(rows)
     )
     names = tuple(str(c + 1) for c in range(columns))
-    panel = Panel("", "column", "luminance from the centre's, %", lines, (-10.0, 10.0), x_names=names)
+    panel = PlotAxes("", "column", "luminance from the centre's, %", lines, (-10.0, 10.0), x_names=names)
     cells: tuple[tuple[Cell, ...], ...] = tuple(
         (f"row {r + 1}", *(f"{luminance[r, c]:.4g} ({deviation[r, c]:+.1f} %)" for c in range(columns)))
         for r in range(rows)
     )
-    table = Table(("", *(f"column {c + 1}" for c in range(columns))), cells)
+    table = Readout(("", *(f"column {c + 1}" for c in range(columns))), cells)
     words = (
         f"{base} at {rows} × {columns} places is between {deviation.min():+.3g} % and {deviation.max():+.3g} % of the "
         "centre. A gain map in the display file makes it even."
@@ -153,13 +155,13 @@ def angular_colour(measurements: Measurements) -> Diagnosis:
     lines, rows, shifts = [], [], []
     for way, (angle, light, ahead) in curves.items():
         shift = np.linalg.norm(uv(light) - uv(ahead), axis=1)
-        lines.append(Line(way, numbers(angle), numbers(shift), "accent" if way == "vertical" else "ink", "line"))
+        lines.append(Trace(way, numbers(angle), numbers(shift), "accent" if way == "vertical" else "ink", "line"))
         rows += [(way, float(a), float(s)) for a, s in zip(angle, shift, strict=True)]
         shifts += [float(s) for a, s in zip(angle, shift, strict=True) if 0 < abs(a) <= _WITHIN_DEG]
     if not shifts or not np.all(np.isfinite(shifts)):
         return ANGULAR_COLOUR.unjudged("Nothing with light was read between straight ahead and 30°.")
-    panel = Panel("", "angle from the normal, °", "Δu′v′ from straight ahead", tuple(lines), (0.025,))
-    table = Table(("direction", "angle, °", "Δu′v′"), tuple(rows))
+    panel = PlotAxes("", "angle from the normal, °", "Δu′v′ from straight ahead", tuple(lines), (0.025,))
+    table = Readout(("direction", "angle, °", "Δu′v′"), tuple(rows))
     words = f"Colour changes by up to {max(shifts):.2g} in u′v′ within {_WITHIN_DEG:g}° of the normal."
     return ANGULAR_COLOUR.judged(max(shifts), words, series=(panel,), table=table)
 
@@ -173,7 +175,9 @@ def angular_luminance(measurements: Measurements) -> Diagnosis:
     reach, ended = np.inf, True
     for way, (angle, light, ahead) in curves.items():
         change = light[:, 1] / ahead[1] - 1
-        lines.append(Line(way, numbers(angle), numbers(100 * change), "accent" if way == "vertical" else "ink", "line"))
+        lines.append(
+            Trace(way, numbers(angle), numbers(100 * change), "accent" if way == "vertical" else "ink", "line")
+        )
         rows += [(way, float(a), f"{100 * c:+.1f}") for a, c in zip(angle, change, strict=True)]
         for side in (-1, 1):
             outward = np.flatnonzero(angle * side >= 0)
@@ -185,9 +189,9 @@ def angular_luminance(measurements: Measurements) -> Diagnosis:
                 reach, ended = at, left
     if not np.isfinite(reach):
         return ANGULAR_LUMINANCE.unjudged(_ASK)
-    panel = Panel("", "angle from the normal, °", "luminance from straight ahead, %", tuple(lines), (-10.0, 10.0))
+    panel = PlotAxes("", "angle from the normal, °", "luminance from straight ahead, %", tuple(lines), (-10.0, 10.0))
     cells: tuple[tuple[Cell, ...], ...] = tuple(rows)
-    table = Table(("direction", "angle, °", "luminance, %"), cells)
+    table = Readout(("direction", "angle, °", "luminance, %"), cells)
     if not ended and reach < (ANGULAR_LUMINANCE.limit or 0):
         return ANGULAR_LUMINANCE.unjudged(f"Nothing was read beyond {reach:g}°.", series=(panel,), table=table)
     words = (

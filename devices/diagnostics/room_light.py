@@ -19,7 +19,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from devices.diagnostics.diagnosis import Cell, Check, Diagnosis, Table
+from devices.diagnostics.diagnosis import Cell, Check, Diagnosis, Readout
 from devices.diagnostics.readings import black, tag, tagged
 from devices.display.model import DisplayModel
 from devices.display.model_spec import ten_digits
@@ -138,7 +138,7 @@ def room_light(measurements: Measurements) -> Diagnosis:
         rows.append((eye, *cells, "" if np.isinf(alone) else f"{alone:.0f}", f"{lit:.0f}"))
     heads = ("lens", "white, cd/m²", "black, cd/m²", "room, cd/m²", "white over black", "in the room")
     _, worst, _, least = min(known, key=lambda each: each[3])
-    return CONTRAST.described(least, worst.words, table=Table(heads, tuple(rows)))
+    return CONTRAST.described(least, worst.words, table=Readout(heads, tuple(rows)))
 
 
 def _mean(measurements: Measurements, eye: PatchEye, code: float) -> Floats | None:

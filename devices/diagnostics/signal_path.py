@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Check, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import tagged
 from devices.readings import Measurements
 from documents.arrays import Floats
@@ -88,16 +88,16 @@ def signal_range(measurements: Measurements) -> Diagnosis:
         words += " Dark codes are lost, but no bright ones: the monitor's brightness (black level) setting is low."
     white = light[_FULL]
     panels = tuple(
-        Panel(
+        PlotAxes(
             title,
             "code (0–255)",
             "luminance, % of white",
-            (Line("", numbers(codes), numbers(100 * light[code] / white for code in codes), "ink", "points"),),
+            (Trace("", numbers(codes), numbers(100 * light[code] / white for code in codes), "ink", "points"),),
         )
         for title, codes in (("near black", bottom), ("near white", [code for code in greys if code >= _TOP_FROM]))
     )
     rows = tuple((float(code), light[code], 100 * light[code] / white) for code in (*bottom, *top))
-    table = Table(("code (0–255)", "luminance, cd/m²", "% of white"), rows)
+    table = Readout(("code (0–255)", "luminance, cd/m²", "% of white"), rows)
     return RANGE.judged(float(lost_top), words, series=panels, table=table)
 
 
@@ -155,16 +155,16 @@ def code_steps(measurements: Measurements) -> Diagnosis:
     if missing + doubled > (STEPS.limit or 0):
         words += f" {_cause(missing, doubled, len(steps))}"
     panels = (
-        Panel(
+        PlotAxes(
             "",
             "code (0–255)",
             "step from the code before, codes",
-            (Line("", numbers(at[1:]), numbers(steps), "ink", "points"),),
+            (Trace("", numbers(at[1:]), numbers(steps), "ink", "points"),),
             (0.5, 1.5),
         ),
     )
     rows = tuple((f"{low} to {low + 1}", f"{step:.2f}") for low, step in zip(codes, steps, strict=False))
-    return STEPS.judged(float(missing + doubled), words, series=panels, table=Table(("codes", "step, codes"), rows))
+    return STEPS.judged(float(missing + doubled), words, series=panels, table=Readout(("codes", "step, codes"), rows))
 
 
 def _cause(missing: int, doubled: int, count: int) -> str:
@@ -239,13 +239,13 @@ def last_codes(measurements: Measurements) -> Diagnosis:
             "means are right elsewhere; keep full drive out of what is compared."
         )
     every = [*before, *last]
-    panel = Panel(
+    panel = PlotAxes(
         "",
         "code (0–255)",
         "luminance, cd/m²",
         (
-            Line("read", numbers(every), numbers(light[code] for code in every), "ink", "points"),
-            Line(
+            Trace("read", numbers(every), numbers(light[code] for code in every), "ink", "points"),
+            Trace(
                 "slope before",
                 numbers(every),
                 numbers(level + slope * (c - _LAST_LEVEL) for c in every),
@@ -301,10 +301,10 @@ def frame_rate_control(measurements: Measurements) -> Diagnosis:
     else:
         words += " Dithering that is faster than a reading, with exact means, cannot be seen by an instrument."
     spread = [100 * float(np.sqrt((relative[code] ** 2).sum() / (len(relative[code]) - 1))) for code in codes]
-    panel = Panel(
+    panel = PlotAxes(
         "",
         "code (0–255)",
         "standard deviation of a reading, %",
-        (Line("", numbers(codes), numbers(spread), "ink", "points"),),
+        (Trace("", numbers(codes), numbers(spread), "ink", "points"),),
     )
     return FRAMES.judged(value, words, series=(panel,))

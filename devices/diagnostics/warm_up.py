@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, PlotAxes, Readout, Trace, numbers
 from devices.diagnostics.readings import by_code, patch_name, tagged, untagged
 from devices.diagnostics.settling import FEWEST_TIMES, STABLE_SHARE, Settling, place_departures, settle
 from devices.readings import Measurements
@@ -160,7 +160,7 @@ def _difference(courses: Sequence[_Course]) -> str:
 _PLACE_COLOURS: tuple[Colour, ...] = ("ink", "accent", "soft", "grey", "red", "green", "blue")
 
 
-def _panel(courses: Sequence[_Course]) -> Panel:
+def _panel(courses: Sequence[_Course]) -> PlotAxes:
     lines = []
     several = len(courses) > 1
     for number, course in enumerate(courses):
@@ -169,22 +169,22 @@ def _panel(courses: Sequence[_Course]) -> Panel:
         scale = 100 / course.fit.settled if several and course.fit.settled else 1.0
         colour = _PLACE_COLOURS[number % len(_PLACE_COLOURS)]
         lines.append(
-            Line(course.label, numbers(course.time_s / 60), numbers(scale * course.luminance), colour, "points")
+            Trace(course.label, numbers(course.time_s / 60), numbers(scale * course.luminance), colour, "points")
         )
         fit = "fit" if not several else f"{course.label}, fit"
         drawn = colour if several else "accent"
-        lines.append(Line(fit, numbers(smooth / 60), numbers(scale * course.fit.at(smooth)), drawn, "line"))
+        lines.append(Trace(fit, numbers(smooth / 60), numbers(scale * course.fit.at(smooth)), drawn, "line"))
     settled = 100.0 if several else courses[0].fit.settled
     levels = (settled * (1 - STABLE_SHARE), settled * (1 + STABLE_SHARE))
     label = "luminance, % of what it settles to" if several else "luminance, cd/m²"
-    return Panel("", "time from the first reading, min", label, tuple(lines), levels)
+    return PlotAxes("", "time from the first reading, min", label, tuple(lines), levels)
 
 
-def _table(courses: Sequence[_Course]) -> Table:
+def _table(courses: Sequence[_Course]) -> Readout:
     rows: list[tuple[Cell, ...]] = []
     for course in courses:
         fit = course.fit
         tau = None if fit.tau_s is None else fit.tau_s / 60
         name = course.label if course.place is None else f"{course.name}, {course.label}"
         rows.append((name, float(len(course.time_s)), tau, fit.settled, fit.stable_s / 60))
-    return Table(("patch", "readings", "time constant, min", "settles to, cd/m²", "stable from, min"), tuple(rows))
+    return Readout(("patch", "readings", "time constant, min", "settles to, cd/m²", "stable from, min"), tuple(rows))

@@ -202,7 +202,7 @@ class DisplayModel:
         linear = np.clip(self.linear(xyz_cd_m2), *self.limits)
         return np.stack([curve.code(linear[..., i]) for i, curve in enumerate(self.curves)], axis=-1)
 
-    def clipping(self, xyz_cd_m2: ArrayLike, *, half: bool = False) -> Clipping:
+    def clipping(self, xyz_cd_m2: ArrayLike, *, half: bool = False) -> Clipped:
         """Count the pixels of XYZ in cd/m², shape (..., 3), outside the gamut: below code 0 or above code 1.
 
         ``half`` says that they were held in half floats, coarser near black than single precision.
@@ -270,7 +270,7 @@ def rounding_of_half(linear_from_XYZ: Floats, xyz_cd_m2: ArrayLike) -> Floats:
     return np.asarray(err @ np.abs(linear_from_XYZ).T)
 
 
-def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: Floats | float) -> Clipping:
+def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: Floats | float) -> Clipped:
     """Count the pixels of linear light, shape (..., 3), that leave ``limits`` by more than ``tolerance``.
 
     What is no number is light that no code gives, and counts as outside.
@@ -279,7 +279,7 @@ def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: 
     above = channels > limits[1] + tolerance
     outside = ~((channels >= limits[0] - tolerance) & (channels <= limits[1] + tolerance))
     red, green, blue = (int(count) for count in outside.sum(axis=0))
-    return Clipping(
+    return Clipped(
         pixels=len(channels),
         red=red,
         green=green,
@@ -290,7 +290,7 @@ def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: 
 
 
 @dataclass(frozen=True, slots=True)
-class Clipping:
+class Clipped:
     """How many of a picture's ``pixels`` ask a channel for less light than at code 0, or for more than at code 1."""
 
     pixels: int

@@ -39,7 +39,7 @@ from .open import recorded_name as recorded_name
 from .patch import BEFORE_SETTLINGS as BEFORE_SETTLINGS
 from .patch import Patch as Patch
 from .patch import PatchSet as PatchSet
-from .patch import Step as Step
+from .patch import PatchTurn as PatchTurn
 from .patch import steps as steps
 from .profile_readings import profile_measurements as profile_measurements
 from .profile_readings import read_profile_measurements as read_profile_measurements

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from documents import Finding
-from documents.tables import MOST_FINDINGS, Column, Table
+from documents.tables import MOST_FINDINGS, Cells, InColumn
 
 CODES = ("red", "green", "blue")
 SURROUND = ("surround_red", "surround_green", "surround_blue")
 DRIVEN = (
-    Column("name", ("SAMPLE_NAME",), text=True, needed=False),
-    *(Column(name, (name[0].upper(), f"RGB_{name[0].upper()}")) for name in CODES),
+    InColumn("name", ("SAMPLE_NAME",), text=True, needed=False),
+    *(InColumn(name, (name[0].upper(), f"RGB_{name[0].upper()}")) for name in CODES),
 )
-PARTS = (Column("area", needed=False, empty=1.0), *(Column(name, needed=False, empty=0.0) for name in SURROUND))
+PARTS = (InColumn("area", needed=False, empty=1.0), *(InColumn(name, needed=False, empty=0.0) for name in SURROUND))
 """Columns of a patch's name and codes, and of what of the picture it fills and what is around it."""
 _RANGE = re.compile(r"^\s*(?:0\s*(?:\.\.+|-|–|to)\s*)?(\d+(?:\.\d*)?)\s*$")
 _FULL_CODES = (255.0, 1023.0)
@@ -78,7 +78,7 @@ class Driven:
     assumed: str
 
 
-def driven(table: Table, code_range: str | None) -> Driven:
+def driven(table: Cells, code_range: str | None) -> Driven:
     """Return the codes of a table of `DRIVEN` and `PARTS`, as shares of the code of full drive.
 
     That is what a person gives, else what the comment ``# codes: 0..255`` says, else what the largest code tells.
@@ -105,7 +105,7 @@ def driven(table: Table, code_range: str | None) -> Driven:
     return Driven(codes[:, :3], codes[:, 3:] if len(names) > len(CODES) else None, full, assumed)
 
 
-def part_faults(table: Table) -> Iterator[Finding]:
+def part_faults(table: Cells) -> Iterator[Finding]:
     """Yield what is wrong with the `PARTS` of a table."""
     missing = [name for name in SURROUND if name not in table]
     if 0 < len(missing) < len(SURROUND):

@@ -24,17 +24,17 @@ from devices.readings.arrangement import PatchEye
 from devices.readings.code_range import CODES, DRIVEN, PARTS, SURROUND, driven, part_faults
 from devices.readings.table import CIE_1931_2, OBSERVERS, PATCH_EYES, Measurements, observer_name
 from documents import Finding
-from documents.tables import Column, Form, Table, csv_lines
+from documents.tables import Cells, Form, InColumn, csv_lines
 
 _LIGHT = ("X", "Y", "Z")
 _CD_M2 = "cd/m²"
-_BESIDE = (Column("time_s", needed=False, unit="s"), Column("eye", text=True, needed=False), *PARTS)
+_BESIDE = (InColumn("time_s", needed=False, unit="s"), InColumn("eye", text=True, needed=False), *PARTS)
 _FORM = Form(
-    (*DRIVEN, *(Column(name, (f"XYZ_{name}",), unit=_CD_M2) for name in _LIGHT), *_BESIDE),
+    (*DRIVEN, *(InColumn(name, (f"XYZ_{name}",), unit=_CD_M2) for name in _LIGHT), *_BESIDE),
     "table of measurements",
     DeviceError,
     # luminance and chromaticity, as many instruments write them
-    instead=((*DRIVEN, Column("x"), Column("y"), Column("Y", ("L", "Lv", "luminance"), unit=_CD_M2), *_BESIDE),),
+    instead=((*DRIVEN, InColumn("x"), InColumn("y"), InColumn("Y", ("L", "Lv", "luminance"), unit=_CD_M2), *_BESIDE),),
     misspelt=True,
 )
 
@@ -77,7 +77,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
     return _measurements(_FORM.parse("\n".join(line.rstrip("\r\n") for line in lines), file, _more_faults), code_range)
 
 
-def _more_faults(table: Table) -> Iterator[Finding]:
+def _more_faults(table: Cells) -> Iterator[Finding]:
     """Yield what is wrong with a table beside its numbers."""
     if SURROUND[0] in table and "area" not in table:
         yield Finding("the header has no area", table.file, table.header_line, remedy="a surround is that of a part")
@@ -99,15 +99,15 @@ def _more_faults(table: Table) -> Iterator[Finding]:
         yield Finding(str(error), table.file, table.line_of("gamma_table"), remedy=remedy)
 
 
-def _gamma_table(table: Table) -> GammaTable | None:
+def _gamma_table(table: Cells) -> GammaTable | None:
     return GammaTable.from_text(table.comment("gamma_table")) if "gamma_table" in table.said else None
 
 
-def _eyes(table: Table) -> list[str]:
+def _eyes(table: Cells) -> list[str]:
     return [eye or table.comment("eye", "both") for eye in table.texts("eye")]
 
 
-def _measurements(table: Table, code_range: str | None) -> Measurements:
+def _measurements(table: Cells, code_range: str | None) -> Measurements:
     drive = driven(table, code_range)
     read = [*(column.name for column in (*DRIVEN, *_BESIDE)), *_LIGHT, "x", "y"]
     ignored = [

@@ -17,7 +17,7 @@ from typing import Any
 from devices.errors import MeasuringError
 from devices.readings.arrangement import GridCell
 from devices.readings.instrument import Reading
-from devices.readings.patch import Patch, Step
+from devices.readings.patch import Patch, PatchTurn
 from documents import Finding, InputError
 from documents.files import (
     MOST_LOG_BYTES,
@@ -78,7 +78,7 @@ class ReadingRun:
 
     file: Path
     header: Mapping[str, Any]
-    steps: tuple[Step, ...]
+    steps: tuple[PatchTurn, ...]
     readings: Mapping[int, Kept]
     failures: Mapping[int, str]
     accepted: tuple[str, ...] = ()
@@ -90,7 +90,7 @@ class ReadingRun:
         return self.state.torn_tail
 
     @property
-    def missing(self) -> tuple[Step, ...]:
+    def missing(self) -> tuple[PatchTurn, ...]:
         """The steps that have no reading yet."""
         return tuple(step for step in self.steps if step.position not in self.readings)
 
@@ -153,7 +153,7 @@ class MeasurementLog:
         """The file that it is written to."""
         return self._log.file
 
-    def keep(self, step: Step, time_s: float, reading: Reading, shown: ShownPatch | None = None) -> None:
+    def keep(self, step: PatchTurn, time_s: float, reading: Reading, shown: ShownPatch | None = None) -> None:
         """Put a reading on disk, with what stood on the screen if that was read back."""
         line: dict[str, Any] = {"record": "reading", "position": step.position, "label": step.label}
         line |= {"time_s": round(time_s, 3), "XYZ_cd_m2": reading.XYZ_cd_m2}
@@ -166,7 +166,7 @@ class MeasurementLog:
             line["shown"] = {"own": shown.own, "other": shown.other, "place": shown.place}
         self._write(line)
 
-    def fail(self, step: Step, time_s: float, why: str) -> None:
+    def fail(self, step: PatchTurn, time_s: float, why: str) -> None:
         """Put on disk why a patch was not read."""
         what = {"record": "failure", "position": step.position, "label": step.label, "why": why}
         self._write({**what, "time_s": round(time_s, 3)})
@@ -226,7 +226,7 @@ def read_session(file: Path) -> ReadingRun:
     accepted: list[str] = []
     wavelengths_nm: tuple[float, ...] = ()
     header: dict[str, Any] = {}
-    steps: tuple[Step, ...] = ()
+    steps: tuple[PatchTurn, ...] = ()
 
     def take(number: int, line: dict[str, Any]) -> None:
         nonlocal wavelengths_nm, header, steps
@@ -309,7 +309,7 @@ def is_measurement_log(file: Path) -> bool:
         return False
 
 
-def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
+def step_facts(steps: tuple[PatchTurn, ...]) -> list[dict[str, Any]]:
     """Return the steps as the header holds them: of a patch's fields, those that say something.
 
     Parameters
@@ -324,7 +324,7 @@ def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
 
     Examples
     --------
-    >>> step_facts((Step(0, "white", Patch("white", (1.0, 1.0, 1.0))),))
+    >>> step_facts((PatchTurn(0, "white", Patch("white", (1.0, 1.0, 1.0))),))
     [{'label': 'white', 'name': 'white', 'codes': (1.0, 1.0, 1.0)}]
     """
     return [{"label": step.label, **_patch_facts(step.patch)} for step in steps]
@@ -340,8 +340,8 @@ def _patch_facts(patch: Patch) -> dict[str, Any]:
     return facts
 
 
-def _steps(held: list[dict[str, Any]]) -> tuple[Step, ...]:
-    return tuple(Step(position, str(line["label"]), _patch(line)) for position, line in enumerate(held))
+def _steps(held: list[dict[str, Any]]) -> tuple[PatchTurn, ...]:
+    return tuple(PatchTurn(position, str(line["label"]), _patch(line)) for position, line in enumerate(held))
 
 
 def _patch(line: Mapping[str, Any]) -> Patch:
@@ -375,7 +375,7 @@ def _triple(values: list[float]) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def _position(line: Mapping[str, Any], steps: tuple[Step, ...]) -> int:
+def _position(line: Mapping[str, Any], steps: tuple[PatchTurn, ...]) -> int:
     position = line["position"]
     if not isinstance(position, int) or not 0 <= position < len(steps):
         raise ValueError(f"there is no step {position}")

@@ -167,7 +167,7 @@ def _first_repeated(names: Iterable[tuple[str, PatchEye | None]]) -> str | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PatchTurn:
     """A patch shown once. ``label`` is its name, with ``#2`` behind it at its second showing, and so on."""
 
     position: int
@@ -182,7 +182,7 @@ def steps(
     *,
     shuffled: bool = True,
     eye: PatchEye = "both",
-) -> tuple[Step, ...]:
+) -> tuple[PatchTurn, ...]:
     """Return the showings of ``patches`` in an order drawn from ``seed``, or in their own.
 
     In a characterisation, black and white come first, again after every ``repeat_every`` patches, and last, so that the
@@ -234,7 +234,7 @@ def steps(
     for position, patch in enumerate(patch for group in together.values() for patch in group):
         times[patch.name] += 1
         label = patch.name if times[patch.name] == 1 else f"{patch.name}#{times[patch.name]}"
-        made.append(Step(position, label, patch))
+        made.append(PatchTurn(position, label, patch))
     return tuple(made)
 
 

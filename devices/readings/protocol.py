@@ -56,7 +56,7 @@ def _with_code(text: str) -> str:
 Pattern = Annotated[str, AfterValidator(_pattern)]
 
 
-class Step(FileModel):
+class ProtocolStep(FileModel):
     """What is sent, and how its answer reads."""
 
     send: Annotated[str, Field(min_length=1, pattern=r"^[ -~]+$")] | None = None
@@ -67,7 +67,7 @@ class Step(FileModel):
     """Whether the answer comes at once, or when the measurement is done."""
 
 
-class Fault(FileModel):
+class DeviceFault(FileModel):
     """What a fault means, and what is done then."""
 
     says: Annotated[str, Field(min_length=1)]
@@ -97,9 +97,9 @@ class LineProtocol(FileModel):
     """Where its commands are described."""
     line: LineSettings
     fault: Annotated[Pattern, AfterValidator(_with_code)]
-    faults: dict[str, Fault]
-    begin: tuple[Step, ...] = ()
-    read: Annotated[tuple[Step, ...], Field(min_length=1)]
+    faults: dict[str, DeviceFault]
+    begin: tuple[ProtocolStep, ...] = ()
+    read: Annotated[tuple[ProtocolStep, ...], Field(min_length=1)]
     finish: str | None = None
     """The command that gives the instrument back to the hands on its keys."""
     cd_m2_per_unit: Annotated[float, Field(gt=0, le=1e6)] = 1.0
@@ -179,7 +179,7 @@ class LineInstrument:
                 self._line.send(self._protocol.finish)
         self._line.close()
 
-    def _said(self, steps: tuple[Step, ...]) -> dict[str, str]:
+    def _said(self, steps: tuple[ProtocolStep, ...]) -> dict[str, str]:
         """Go through steps, and return what their answers' groups hold."""
         said: dict[str, str] = {}
         for step in steps:
@@ -194,7 +194,7 @@ class LineInstrument:
             said |= {group: text or "" for group, text in match.groupdict().items()}
         return said
 
-    def _told(self, code: str, step: Step) -> InstrumentError:
+    def _told(self, code: str, step: ProtocolStep) -> InstrumentError:
         fault = self._protocol.faults.get(code)
         if fault is None:
             return self._garbled(f"the code {code}, which its protocol does not have")

@@ -17,7 +17,7 @@ from devices.readings.arrangement import GridCell, PatchEye
 from devices.readings.code_range import DRIVEN, PARTS, SURROUND, driven, part_faults
 from devices.readings.patch import Codes, Patch, PatchSet
 from documents import Finding
-from documents.tables import MOST_FINDINGS, Form, Table
+from documents.tables import MOST_FINDINGS, Cells, Form
 from documents.text import did_you_mean
 
 # The set of patches that shows what codes pass on their way to the light, and how light depends on the picture.
@@ -106,7 +106,7 @@ def parse_patches(text: str, file: str, name: str, code_range: str | None = None
     return _patches(_FORM.parse(text, file, _more_faults), name, code_range)
 
 
-def _more_faults(table: Table) -> Iterator[Finding]:
+def _more_faults(table: Cells) -> Iterator[Finding]:
     """Yield what is wrong with a table of patches beside its numbers."""
     yield from part_faults(table)
     first: dict[str, int] = {}
@@ -116,11 +116,11 @@ def _more_faults(table: Table) -> Iterator[Finding]:
         first.setdefault(name, row)
 
 
-def _names(table: Table) -> list[str]:
+def _names(table: Cells) -> list[str]:
     return table.texts("name") if "name" in table else [f"patch{row + 1}" for row in range(len(table))]
 
 
-def _patches(table: Table, name: str, code_range: str | None) -> PatchSet:
+def _patches(table: Cells, name: str, code_range: str | None) -> PatchSet:
     drive = driven(table, code_range)
     patches: list[Patch] = []
     findings: list[Finding] = []

@@ -1,3 +1,4 @@
+from .blocks import Badge as Badge
 from .blocks import Beside as Beside
 from .blocks import Block as Block
 from .blocks import Cell as Cell
@@ -7,14 +8,13 @@ from .blocks import Figure as Figure
 from .blocks import Gallery as Gallery
 from .blocks import Heading as Heading
 from .blocks import Interval as Interval
-from .blocks import Mark as Mark
 from .blocks import Matrix as Matrix
 from .blocks import MatrixCell as MatrixCell
 from .blocks import Numbered as Numbered
+from .blocks import PagePicture as PagePicture
 from .blocks import Paragraph as Paragraph
-from .blocks import Picture as Picture
 from .blocks import Section as Section
-from .blocks import Shown as Shown
+from .blocks import ShownAs as ShownAs
 from .blocks import Table as Table
 from .blocks import Verbatim as Verbatim
 from .blocks import csv_text as csv_text

@@ -24,7 +24,7 @@ Interval: TypeAlias = tuple[float | None, float | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownAs:
     """A number, or an interval, that the page shows as ``text``, such as "≤ 0"; CSV has the number itself."""
 
     value: float | Interval | None
@@ -33,14 +33,14 @@ class Shown:
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class Badge:
     """A word in a box, such as "passed": of a ``good`` outcome, a ``bad`` one, an ``open`` one, or of none."""
 
     text: str
     tone: Tone = ""
 
 
-Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | Shown | Mark | None
+Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | ShownAs | Badge | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Column:
 
 def cell_text(cell: Cell, column: Column) -> str:
     """Return a cell as people read it, on a page and in the terminal; a dash for none."""
-    if isinstance(cell, Shown | Mark):
+    if isinstance(cell, ShownAs | Badge):
         return cell.text
     if column.kind == "interval":
         low, high = cell if isinstance(cell, tuple) else (None, None)
@@ -118,7 +118,7 @@ class Paragraph:
     text: str
     small: bool = False
     blanks: tuple[str, ...] = ()
-    mark: Mark | None = None
+    mark: Badge | None = None
     kind: ClassVar[str] = "paragraph"
 
     @property
@@ -201,7 +201,7 @@ class Matrix:
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class PagePicture:
     """A picture's name, and its views as data URIs: a label such as "left eye", none of an only one, and the URI."""
 
     name: str
@@ -212,7 +212,7 @@ class Picture:
 class Gallery:
     """Pictures, small ones or as ``large`` as two of them fit side by side."""
 
-    pictures: tuple[Picture, ...]
+    pictures: tuple[PagePicture, ...]
     folded: str = ""
     large: bool = False
     kind: ClassVar[str] = "gallery"
@@ -337,7 +337,7 @@ def _keys(column: Column) -> list[str]:
 
 
 def _fields(column: Column, cell: Cell) -> list[str]:
-    cell = cell.value if isinstance(cell, Shown) else cell.text if isinstance(cell, Mark) else cell
+    cell = cell.value if isinstance(cell, ShownAs) else cell.text if isinstance(cell, Badge) else cell
     if column.kind == "interval":
         ends = cell if isinstance(cell, tuple) else (None, None)
         return [_field(end) for end in ends]

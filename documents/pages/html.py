@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from documents.figures import Drawing, class_colours
 from documents.files import write_whole
-from documents.pages.blocks import Mark, Section, cell_text
+from documents.pages.blocks import Badge, Section, cell_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -53,7 +53,7 @@ class Page:
     sentences: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     failed: tuple[tuple[str, str, str], ...] = ()
-    decision: Mark | None = None
+    decision: Badge | None = None
     is_wide: bool = False
 
 

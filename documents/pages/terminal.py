@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 from documents.figures import class_colours
 from documents.pages.blocks import (
+    Badge,
     Beside,
     Block,
     Cell,
     Column,
     Facts,
     Heading,
-    Mark,
     Numbered,
     Paragraph,
-    Shown,
+    ShownAs,
     Table,
     Verbatim,
     cell_text,
@@ -130,7 +130,7 @@ def _print_columns(table: Table, places: list[int], texts: dict[int, list[str]],
 def _style(cell: Cell, column: Column) -> str:
     if column.kind == "class" and isinstance(cell, str):
         return class_colours(cell)[0]
-    return _TONES[cell.tone] if isinstance(cell, Shown | Mark) else ""
+    return _TONES[cell.tone] if isinstance(cell, ShownAs | Badge) else ""
 
 
 def _print_lines(rows: Iterable[tuple[str, str]], console: Console) -> None:

@@ -9,13 +9,13 @@ from analysis.report import fixed, p_words, percent
 from documents import counted
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import (
+    Badge,
     Block,
     Cell,
     Column,
     Facts,
     Figure,
     Heading,
-    Mark,
     Page,
     Paragraph,
     Section,
@@ -243,7 +243,7 @@ def agreement_blocks(agreement: Agreement) -> tuple[Block, ...]:
         blocks += [Heading(verdict(result, agreement)), Paragraph(pairs_words(result.whole.accuracy))]
         blocks += map(Paragraph, said)
     remarks = [f"{one.predicted.title}: {remark}." for one in agreement.measures for remark in one.predicted.remarks]
-    return (*blocks, *(Paragraph(note, mark=Mark("Note", "open")) for note in (*agreement.notes, *remarks)))
+    return (*blocks, *(Paragraph(note, mark=Badge("Note", "open")) for note in (*agreement.notes, *remarks)))
 
 
 def sections_of(agreement: Agreement, facts: Terms) -> tuple[Section, ...]:

@@ -80,7 +80,7 @@ _RESERVED = frozenset({*FIXED, "duration", "stim_file", "hed", "channel"})
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class BidsColumn:
     """A column: the place of its values in the records, the kinds of trials that have it, and the kind of values.
 
     ``format`` is a BIDS format (``number``, ``integer``, ``boolean``, ``string``); ``holds_json`` says that some values
@@ -138,7 +138,7 @@ class ColumnCollector:
             count[place[0]] = count.get(place[0], 0) + 1
         return frozenset(key for key, places in count.items() if places > _MOST_PLACES)
 
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[BidsColumn, ...]:
         """Return the columns beside the fixed ones, in the order in which they first occur."""
         whole = self.whole
         gathered: dict[Place, _Seen] = {}
@@ -162,13 +162,15 @@ def _format(value: Any) -> str:
     return "string" if isinstance(value, str) else "json"
 
 
-def _column(name: str, place: Place, seen: _Seen) -> Column:
+def _column(name: str, place: Place, seen: _Seen) -> BidsColumn:
     if len(seen.formats) == 1:
         (form,) = seen.formats
     else:
         form = "number" if seen.formats == {"integer", "number"} else "string"
     values = tuple(seen.values) if seen.has_levels and seen.formats == {"string"} else None
-    return Column(name, place, "string" if form == "json" else form, "json" in seen.formats, tuple(seen.kinds), values)
+    return BidsColumn(
+        name, place, "string" if form == "json" else form, "json" in seen.formats, tuple(seen.kinds), values
+    )
 
 
 def _name(place: Iterable[str], taken: set[str]) -> str:

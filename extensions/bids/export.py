@@ -19,7 +19,7 @@ from analysis.records import Header, Record, SessionLog, SessionTimes, WhoAnswer
 from documents import Finding
 from documents.files import MOST_LOG_BYTES, read_regular
 from documents.text import counted
-from extensions.bids.columns import FIXED, Column, ColumnCollector, flatten
+from extensions.bids.columns import FIXED, BidsColumn, ColumnCollector, flatten
 from extensions.bids.dataset import check_replaceable, replacing, write_dataset_files
 from extensions.bids.options import About
 from extensions.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_sidecar, task_sidecar, trial_type
@@ -93,7 +93,7 @@ class Export:
 @dataclass(slots=True)
 class _Task:
     collector: ColumnCollector = field(default_factory=ColumnCollector)
-    columns: tuple[Column, ...] = ()
+    columns: tuple[BidsColumn, ...] = ()
     whole: frozenset[str] = frozenset()
     has_events: bool = False
     first: tuple[Header, Path] | None = None
@@ -264,13 +264,13 @@ def time_cell(utc: object) -> str:
     return utc if isinstance(utc, str) and _BIDS_TIME.fullmatch(utc) else MISSING
 
 
-def answer_columns(columns: Sequence[Column]) -> tuple[str, ...]:
+def answer_columns(columns: Sequence[BidsColumn]) -> tuple[str, ...]:
     """Return the names of the table's columns."""
     return (*FIXED, *(column.name for column in columns))
 
 
 def answer_rows(
-    log: SessionLog, columns: Sequence[Column], stimuli: Collection[str], whole: Collection[str]
+    log: SessionLog, columns: Sequence[BidsColumn], stimuli: Collection[str], whole: Collection[str]
 ) -> Iterator[tuple[str, ...]]:
     """Yield the rows of a session's table as cells, in the order in which the trials were first answered."""
     times = SessionTimes.of(log)

@@ -8,7 +8,7 @@ from typing import Any
 
 from analysis.kinds import KINDS, ColumnWords, Trial
 from analysis.records import Seen, SessionLog, SessionTimes
-from extensions.bids.columns import Column
+from extensions.bids.columns import BidsColumn
 from extensions.bids.sources import Source
 from extensions.bids.text import escape
 
@@ -130,7 +130,7 @@ def trial_type(kinds: Sequence[str]) -> dict[str, Any]:
     return {"Description": "The kind of trial.", "Levels": levels, "Format": "string"}
 
 
-def describe(column: Column) -> dict[str, Any]:
+def describe(column: BidsColumn) -> dict[str, Any]:
     """Return a column's definition for a sidecar: description, units, levels and format."""
     known = _known(column)
     definition: dict[str, Any] = {"Description": known.description}
@@ -148,7 +148,7 @@ def describe(column: Column) -> dict[str, Any]:
     return {**definition, "Format": column.format}
 
 
-def _units(column: Column) -> str | None:
+def _units(column: BidsColumn) -> str | None:
     for part in reversed(column.place):
         for ending, unit in _UNITS:
             if part.endswith(ending):
@@ -156,7 +156,7 @@ def _units(column: Column) -> str | None:
     return None
 
 
-def _known(column: Column) -> ColumnWords:
+def _known(column: BidsColumn) -> ColumnWords:
     if len(column.place) == 1 and (words := _words(column.place[0], column.kinds)):
         return words
     if column.place[0] == "clipping" and column.place[-1] in _MEASURES:

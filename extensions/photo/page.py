@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from devices.camera import CameraFit, refuse_existing, write_camera
 from devices.colour import srgb, xyY_from_XYZ
-from devices.diagnostics import Colour, Line, Panel, locus_line, numbers
+from devices.diagnostics import Colour, PlotAxes, Trace, locus_line, numbers
 from documents import WorkError
 from documents.files import writing
 from documents.options import Typed
-from documents.pages import Beside, Cell, Column, Facts, Figure, Page, Paragraph, Section, Shown, Table, write_page
+from documents.pages import Beside, Cell, Column, Facts, Figure, Page, Paragraph, Section, ShownAs, Table, write_page
 from documents.text import fixed, with_error
 from extensions.photo.camera_fit import ChartFit, fit_camera_to_chart
 from extensions.photo.chart_options import ChartOptions
@@ -133,8 +133,8 @@ def _matrix(fit: CameraFit) -> Table:
     return Table("matrix", "", tuple(columns), rows)
 
 
-def _with_error(value: float, error: float) -> Shown:
-    return Shown(value, with_error(value, error).replace("-", "−"))
+def _with_error(value: float, error: float) -> ShownAs:
+    return ShownAs(value, with_error(value, error).replace("-", "−"))
 
 
 def _facts(fit: CameraFit) -> tuple[tuple[str, str], ...]:
@@ -163,7 +163,7 @@ def _patches(fit: CameraFit) -> Table:
         XYZ = [" ".join(map(short, values.tolist())) for values in (patch.XYZ, patch.estimated_XYZ)]
         held_out: Cell = patch.held_out_delta_e
         if patch.left_out_reason:
-            held_out = Shown(None, f"not fitted: {patch.left_out_reason}")
+            held_out = ShownAs(None, f"not fitted: {patch.left_out_reason}")
         rows.append((f"{number} {patch.name}", looks, rgb, *XYZ, patch.delta_e, held_out))
     gone = [place for place, patch in enumerate(fit.patches) if patch.left_out_reason]
     return Table("patches", "", _PATCHES, tuple(rows), shaded=gone)
@@ -175,7 +175,7 @@ def _swatch(XYZ: NDArray[np.float64], white: NDArray[np.float64]) -> str:
     return "#" + "".join(f"{round(255 * value):02x}" for value in codes.tolist())
 
 
-def panels(fit: CameraFit) -> tuple[tuple[str, Panel], ...]:
+def panels(fit: CameraFit) -> tuple[tuple[str, PlotAxes], ...]:
     """Return each figure with its caption."""
     return (_agreement(fit), _chromaticities(fit), _zone(fit), _errors(fit))
 
@@ -184,59 +184,61 @@ def _used(fit: CameraFit) -> np.ndarray:
     return np.array([not patch.left_out_reason for patch in fit.patches])
 
 
-def _agreement(fit: CameraFit) -> tuple[str, Panel]:
+def _agreement(fit: CameraFit) -> tuple[str, PlotAxes]:
     used = _used(fit)
     measured = np.array([patch.XYZ for patch in fit.patches])[used]
     estimated = np.array([patch.estimated_XYZ for patch in fit.patches])[used]
     top = float(max(measured.max(), estimated.max()))
-    lines = [Line("", (0.0, top), (0.0, top), "soft", "dashed")]
+    lines = [Trace("", (0.0, top), (0.0, top), "soft", "dashed")]
     for axis, (name, colour) in enumerate(_AXES):
-        lines.append(Line(name, numbers(measured[:, axis]), numbers(estimated[:, axis]), colour))
+        lines.append(Trace(name, numbers(measured[:, axis]), numbers(estimated[:, axis]), colour))
     return (
         "Estimated from the photograph over measured; on the dashed line they agree.",
-        Panel("Measured and estimated", "measured (cd/m²)", "estimated (cd/m²)", tuple(lines)),
+        PlotAxes("Measured and estimated", "measured (cd/m²)", "estimated (cd/m²)", tuple(lines)),
     )
 
 
-def _chromaticities(fit: CameraFit) -> tuple[str, Panel]:
+def _chromaticities(fit: CameraFit) -> tuple[str, PlotAxes]:
     used = _used(fit)
     measured = xyY_from_XYZ(np.array([patch.XYZ for patch in fit.patches])[used])
     estimated = xyY_from_XYZ(np.array([patch.estimated_XYZ for patch in fit.patches])[used])
     apart = [
-        Line("", (float(first[0]), float(second[0])), (float(first[1]), float(second[1])), "soft", "line")
+        Trace("", (float(first[0]), float(second[0])), (float(first[1]), float(second[1])), "soft", "line")
         for first, second in zip(measured, estimated, strict=True)
     ]
     lines = (
         locus_line(),
         *apart,
-        Line("measured", numbers(measured[:, 0]), numbers(measured[:, 1]), "ink"),
-        Line("estimated", numbers(estimated[:, 0]), numbers(estimated[:, 1]), "red"),
+        Trace("measured", numbers(measured[:, 0]), numbers(measured[:, 1]), "ink"),
+        Trace("estimated", numbers(estimated[:, 0]), numbers(estimated[:, 1]), "red"),
     )
-    return "CIE 1931 2°; a line joins what belongs together.", Panel("Chromaticities", "x", "y", lines, equal=True)
+    return "CIE 1931 2°; a line joins what belongs together.", PlotAxes("Chromaticities", "x", "y", lines, equal=True)
 
 
-def _zone(fit: CameraFit) -> tuple[str, Panel]:
+def _zone(fit: CameraFit) -> tuple[str, PlotAxes]:
     used = _used(fit)
     place = np.arange(1, len(fit.patches) + 1)
     luminance = np.array([patch.tested_luminance_cd_m2 for patch in fit.patches])
-    lines = [Line("fitted to", numbers(place[used]), numbers(luminance[used]), "ink")]
+    lines = [Trace("fitted to", numbers(place[used]), numbers(luminance[used]), "ink")]
     if not used.all():
-        lines.append(Line("left out", numbers(place[~used]), numbers(luminance[~used]), "red"))
+        lines.append(Trace("left out", numbers(place[~used]), numbers(luminance[~used]), "red"))
     zone = fit.model.safe_luminance_cd_m2 or ()
     return (
         "Luminance of each patch, at the model's exposure. Between the dashed lines an estimate can be trusted "
         "(thesis Figure 5.8).",
-        Panel("Safe luminance zone", "patch", "luminance (cd/m²)", tuple(lines), levels=tuple(zone)),
+        PlotAxes("Safe luminance zone", "patch", "luminance (cd/m²)", tuple(lines), levels=tuple(zone)),
     )
 
 
-def _errors(fit: CameraFit) -> tuple[str, Panel]:
+def _errors(fit: CameraFit) -> tuple[str, PlotAxes]:
     rows = [(i, patch) for i, patch in enumerate(fit.patches, start=1) if not patch.left_out_reason]
     held = [(i, patch.held_out_delta_e) for i, patch in rows if patch.held_out_delta_e is not None]
-    lines = [Line("fitted", tuple(float(i) for i, _ in rows), tuple(patch.delta_e for _, patch in rows), "soft")]
+    lines = [Trace("fitted", tuple(float(i) for i, _ in rows), tuple(patch.delta_e for _, patch in rows), "soft")]
     if held:
-        lines.append(Line("left out one by one", tuple(float(i) for i, _ in held), tuple(e for _, e in held), "accent"))
+        lines.append(
+            Trace("left out one by one", tuple(float(i) for i, _ in held), tuple(e for _, e in held), "accent")
+        )
     return (
         "ΔE00 of each patch: as fitted, and as predicted by the fit to all others.",
-        Panel("Errors", "patch", "ΔE00", tuple(lines)),
+        PlotAxes("Errors", "patch", "ΔE00", tuple(lines)),
     )

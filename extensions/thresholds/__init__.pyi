@@ -1,4 +1,4 @@
-from .adaptive import Choices as Choices
+from .adaptive import LevelChooser as LevelChooser
 from .adaptive import QuestPlus as QuestPlus
 from .adaptive import Staircase as Staircase
 from .adaptive import simulate as simulate

@@ -19,7 +19,7 @@ _RATES, _FEWER_RATES = (0.005, 0.015, 0.03, 0.06), (0.005, 0.02, 0.05)  # fewer 
 _EVEN, _EVEN_IN_SESSIONS = 1e-13, 1e-9  # nats
 
 
-class Choices(Protocol):
+class LevelChooser(Protocol):
     """What chooses levels."""
 
     def next_level(self) -> int:
@@ -221,7 +221,7 @@ class Staircase:
         return min(max(level + (-self.down if right else self.up), 0), self.levels - 1)
 
 
-def simulate(choices: Choices, trials: int, answers_right: Callable[[int], bool]) -> list[tuple[int, bool]]:
+def simulate(choices: LevelChooser, trials: int, answers_right: Callable[[int], bool]) -> list[tuple[int, bool]]:
     """Return the levels' indices and the answers of ``trials`` trials of an observer."""
     told: list[tuple[int, bool]] = []
     for _ in range(trials):

@@ -14,7 +14,7 @@ from extensions.thresholds.fit import Easier
 from extensions.thresholds.ladders import LEAST_LEVELS, Ladder, ladder_faults, ladders
 from extensions.thresholds.tracks import Asked, MethodSpec, QuestPlusSpec, Track, interleaved
 from runner.blocks import SECONDS_PER_TRIAL, Block, BlockContext, Draft, Fault, Steps, Stimuli, StimulusNames, TimedKind
-from runner.ports import Ask, Choose, Hold, Response, Target, answer
+from runner.ports import Ask, Button, Choose, Hold, Response, answer
 from runner.scene import Item, Offset, Picture, Scene
 from runner.views import (
     Factor,
@@ -54,10 +54,10 @@ class DetectionView:
         return dict(_KEYS)
 
     @property
-    def targets(self) -> dict[str, Target]:
+    def targets(self) -> dict[str, Button]:
         """The words of the answers."""
         size = self.style.px(_WIDTH), self.style.px(_HEIGHT)
-        return {meaning: Target(place, size) for meaning, place in zip(YES_NO, self._places_px, strict=True)}
+        return {meaning: Button(place, size) for meaning, place in zip(YES_NO, self._places_px, strict=True)}
 
     def scene(self, stimulus: str) -> Scene:
         """Return the picture with the question and the answers."""

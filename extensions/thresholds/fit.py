@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from analysis.series import Estimate, means
+from analysis.series import Estimated, means
 from documents.arrays import Floats
 from documents.text import JsonResult, counted
 from extensions.thresholds.functions import FUNCTIONS, Psychometric
@@ -246,7 +246,7 @@ def _level(x: float, sign: float, axis: str) -> float:
     return float(10.0 ** (sign * x)) if axis == "log10" else sign * x
 
 
-def mean_threshold(fits: Sequence[ThresholdFit]) -> Estimate:
+def mean_threshold(fits: Sequence[ThresholdFit]) -> Estimated:
     """Return the mean threshold of observers, as `mean_parameter` does."""
     return mean_parameter(fits, "threshold")
 
@@ -254,7 +254,7 @@ def mean_threshold(fits: Sequence[ThresholdFit]) -> Estimate:
 Parameter = Literal["threshold", "slope", "guess", "lapse"]
 
 
-def mean_parameter(fits: Sequence[ThresholdFit], name: Parameter) -> Estimate:
+def mean_parameter(fits: Sequence[ThresholdFit], name: Parameter) -> Estimated:
     """Return the mean of a parameter over observers, with a 95 % interval by bootstrap over them.
 
     One fit for each observer; those without an estimate are left out, and the number of observers says so. The mean is
@@ -280,7 +280,7 @@ def mean_parameter(fits: Sequence[ThresholdFit], name: Parameter) -> Estimate:
     return replace(mean, value=value, low=low, high=high)
 
 
-_NOBODY = Estimate(None, None, None, 0, 0)
+_NOBODY = Estimated(None, None, None, 0, 0)
 
 
 def _hopeless(hits: Floats, trials: Floats, guess: float | None, harder: str, simpler: str) -> str:

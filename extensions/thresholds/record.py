@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import ClassVar, Literal
 
-from analysis.kinds import KEYS, NAMED, TIME, ColumnWords, Count, Level, Name, Session, Trial
+from analysis.kinds import KEYS, NAMED, TIME, ColumnWords, Count, Level, Name, SoFar, Trial
 
 YES_NO: Mapping[str, str] = MappingProxyType({"left": "yes", "pad_left": "yes", "right": "no", "pad_right": "no"})
 _PLACES = {"two_places": ("top", "left"), "two_intervals": ("interval_1",)}
@@ -74,7 +74,7 @@ class ThresholdRecord(Trial):
         """The stimulus, and the reference of a forced choice."""
         return (self.stimulus,) if self.reference is None else (self.stimulus, self.reference)
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the answer with the task, the level and the group with the stimulus's factors, tracks in turn."""
         forced = self.task != "yes_no"
         if forced != (self.answer in ("first", "second")):
@@ -93,7 +93,7 @@ class ThresholdRecord(Trial):
         yield from self._levels(session)
         yield from self._track(session)
 
-    def _levels(self, session: Session) -> Iterator[str]:
+    def _levels(self, session: SoFar) -> Iterator[str]:
         if self.level is None and self.task != "yes_no":
             yield "a forced choice has a 'level'"
         factors = session.factors.get(self.stimulus, {})
@@ -107,7 +107,7 @@ class ThresholdRecord(Trial):
             if level is not None and (level if isinstance(level, str) else f"{level:g}") != self.group:
                 yield f"its group is '{self.group}', but the {self.group_factor} of '{self.stimulus}' is '{level}'"
 
-    def _track(self, session: Session) -> Iterator[str]:
+    def _track(self, session: SoFar) -> Iterator[str]:
         """Compare a track with its trial before: numbered in turn, of one factor, group, method and function."""
         if (self.track is None) != (self.level is None) or (self.track_trial is None) != (self.track is None):
             yield "'track' and 'track_trial' belong to trials with a 'level', and to no others"
@@ -127,7 +127,7 @@ class ThresholdRecord(Trial):
             yield f"track {self.track} is of another task, factor, group, method or function than before"
         session.seen[place] = self.track_trial, what
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the answer with its key."""
         yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=not practised)

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 from analysis.errors import ResultsError
 from analysis.records import SessionLog, WhoAnswered, in_time, refuse_mixtures, who_answered
-from analysis.series import Estimate
+from analysis.series import Estimated
 from documents import Finding
 from documents.text import JsonResult
 from extensions.thresholds.fit import Easier, ThresholdFit, axis_of, axis_warning, fit_threshold, mean_parameter
@@ -53,10 +53,10 @@ class QuestionSummary(JsonResult):
 
     question: Question
     observers: tuple[ObserverThreshold, ...]
-    threshold: Estimate
-    slope: Estimate
-    guess: Estimate
-    lapse: Estimate
+    threshold: Estimated
+    slope: Estimated
+    guess: Estimated
+    lapse: Estimated
     warning: str = ""
     json_keys: ClassVar = {"question": "*"}
     json_names: ClassVar = "question question.name over_observers warning observers"
@@ -67,7 +67,7 @@ class QuestionSummary(JsonResult):
         return sum(sum(each.fit.trials) + each.fit.blanks[1] for each in self.observers)
 
     @property
-    def over_observers(self) -> dict[str, Estimate]:
+    def over_observers(self) -> dict[str, Estimated]:
         """The means over observers by name."""
         return {name: getattr(self, name) for name in ("threshold", "slope", "guess", "lapse")}
 

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from documents.yaml import FileModel
-from extensions.thresholds.adaptive import Choices, QuestPlus, Staircase
+from extensions.thresholds.adaptive import LevelChooser, QuestPlus, Staircase
 from extensions.thresholds.fit import Easier, axis_of
 from extensions.thresholds.functions import FUNCTIONS
 from extensions.thresholds.ladders import Ladder
@@ -56,7 +56,7 @@ class QuestPlusSpec(FileModel):
         """How many tracks there are for a ladder."""
         return self.tracks
 
-    def choices(self, ladder: Ladder, number: int, easier: Easier, guess: float | None, function: str) -> Choices:
+    def choices(self, ladder: Ladder, number: int, easier: Easier, guess: float | None, function: str) -> LevelChooser:
         """Return what chooses the levels of track ``number`` on a ladder."""
         sign = 1.0 if easier == "higher" else -1.0
         x = np.array(ladder.levels)
@@ -92,7 +92,7 @@ class StaircaseSpec(FileModel):
         """How many tracks there are for a ladder."""
         return len(self.start)
 
-    def choices(self, ladder: Ladder, number: int, easier: Easier, guess: float | None, function: str) -> Choices:
+    def choices(self, ladder: Ladder, number: int, easier: Easier, guess: float | None, function: str) -> LevelChooser:
         """Return what chooses the levels of track ``number`` on a ladder."""
         return Staircase(len(ladder.levels), self._place(ladder, self.start[number]) or 0, self.up, self.down)
 
@@ -131,7 +131,7 @@ class Track:
     """One track: what it asks follows from the answers so far; all that is drawn by chance is drawn beforehand."""
 
     ladder: Ladder
-    choices: Choices
+    choices: LevelChooser
     sides: Sequence[bool]
     draws: Sequence[float]
     done: int = 0
@@ -141,7 +141,7 @@ class Track:
         self._level = self.choices.next_level()
 
     @classmethod
-    def of(cls, ladder: Ladder, choices: Choices, trials: int, rng: random.Random) -> Track:
+    def of(cls, ladder: Ladder, choices: LevelChooser, trials: int, rng: random.Random) -> Track:
         """Return a track of so many trials; the stimulus stands first in half of them, one more or less."""
         sides = [number % 2 == 0 for number in range(trials)]
         rng.shuffle(sides)

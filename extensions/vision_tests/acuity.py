@@ -22,10 +22,10 @@ from extensions.vision_tests.random_dots import DotField, stereogram
 from extensions.vision_tests.record import SIDES
 from extensions.vision_tests.vision_test import (
     Levels,
-    Presentation,
+    Presented,
     Repeats,
     Screen,
-    Series,
+    VisionSeries,
     VisionTest,
     VisionTestSpec,
     four_targets,
@@ -88,11 +88,11 @@ class NearAcuitySpec(VisionTestSpec):
         rng = random.Random(f"{seed}/{NEAR}")
         ground, ring = screen.shown.grey(NEAR_GROUND_SHARE), screen.shown.grey(RING_SHARE)
 
-        def presentation(level: float, number: int) -> Presentation:
+        def presentation(level: float, number: int) -> Presented:
             name = f"{seed}/{NEAR}/{level:g}/{number}"
             gap, open_at = gap_px(screen, level), rng.choice(SIDES)
             make = partial(landolt, gap, open_at, side, ground, ring)
-            return Presentation(name, make, open_at, 10.0**level, {"gap_px": round(gap, 4)})
+            return Presented(name, make, open_at, 10.0**level, {"gap_px": round(gap, 4)})
 
         facts: dict[str, Any] = {
             "finest_logmar": round(finest, 4),
@@ -186,13 +186,13 @@ class StereoAcuitySpec(VisionTestSpec):
         rng = random.Random(f"{seed}/{STEREO}")
         ground, dot = screen.shown.grey(STEREO_GROUND_SHARE), screen.shown.grey(DOT_SHARE)
 
-        def presentation(level: float, number: int) -> Presentation:
+        def presentation(level: float, number: int) -> Presented:
             name = f"{seed}/{STEREO}/{level:g}/{number}"
             direction = ("crossed", "uncrossed")[number % 2] if self.depth == "both" else self.depth
             parallax = screen.parallax_px(-level if direction == "crossed" else level)
             side = rng.choice(SIDES)
             make = partial(stereogram, field, side, parallax, ground, dot, name)
-            return Presentation(name, make, side, level, {"depth": direction, "parallax_px": round(parallax, 6)})
+            return Presented(name, make, side, level, {"depth": direction, "parallax_px": round(parallax, 6)})
 
         facts: dict[str, Any] = {
             "one_pixel_arcsec": round(screen.disparity_arcsec(1.0), 2),
@@ -227,11 +227,11 @@ def _cross(side_px: int) -> tuple[Box, ...]:
 
 
 def _series(
-    name: str, spec: VisionTestSpec, levels: Sequence[float], presentation: Callable[[float, int], Presentation]
-) -> Series:
+    name: str, spec: VisionTestSpec, levels: Sequence[float], presentation: Callable[[float, int], Presented]
+) -> VisionSeries:
     """Return the one series of a test, its presentations made level by level."""
     made = (tuple(presentation(level, number) for number in range(spec.repeats)) for level in levels)
-    return Series(
+    return VisionSeries(
         name,
         name,
         dict(zip(levels, made, strict=True)),

@@ -14,8 +14,8 @@ from documents import Finding
 from extensions.vision_tests.acuity import NearAcuitySpec, StereoAcuitySpec
 from extensions.vision_tests.colour_vision import ColourVisionSpec
 from extensions.vision_tests.record import KEYS, SIDES
-from extensions.vision_tests.vision_test import Presentation, Screen, Series, TrialAnswers, VisionTest
-from runner.blocks import Block, BlockContext, BlockKind, Draft, Ended, Fault, Steps
+from extensions.vision_tests.vision_test import Presented, Screen, TrialAnswers, VisionSeries, VisionTest
+from runner.blocks import Block, BlockContext, BlockKind, Draft, Fault, SessionEnd, Steps
 from runner.errors import SessionError
 from runner.ports import Ask, Choose, Response, answer
 from runner.presenter import EyeArea, ModeOptions, find_mode
@@ -118,14 +118,14 @@ class Screening(BlockKind):
                 response = answer((yield page(self._stop_words(style), style, "finish")))
                 data = {"test": test.name, "screened_out": True}
                 yield Draft(KIND, data, response_time_s=response.time_s, repeatable=False)
-                raise Ended({"screened_out": True})
+                raise SessionEnd({"screened_out": True})
 
     def _stop_words(self, style: Style) -> str:
         return self.stop_words if "stop_words" in self.model_fields_set else style.say("screened_out")
 
 
 def _run(
-    test: VisionTest, style: Style, series: Series, after: Presentation | None
+    test: VisionTest, style: Style, series: VisionSeries, after: Presented | None
 ) -> Generator[Ask | Draft, Response | None, TrialAnswers]:
     """Go down ``series`` until a level is not passed; ``after`` is what is shown next in either case."""
     answers = TrialAnswers(series)
@@ -165,7 +165,7 @@ def _run(
     return answers
 
 
-def _scene(style: Style, test: VisionTest, presentation: Presentation) -> Scene:
+def _scene(style: Style, test: VisionTest, presentation: Presented) -> Scene:
     half = test.side_px / 2 / style.unit_px
     items: tuple[Item, ...] = (
         style.text(style.say(test.question), y=-half - 54, height=28),
@@ -176,13 +176,13 @@ def _scene(style: Style, test: VisionTest, presentation: Presentation) -> Scene:
     return Scene(items)
 
 
-def _upcoming(style: Style, test: VisionTest, *candidates: Presentation | None) -> Scene | None:
+def _upcoming(style: Style, test: VisionTest, *candidates: Presented | None) -> Scene | None:
     """Return a scene that holds all that may come next: it is made ready, not shown."""
     items = tuple(item for candidate in candidates if candidate for item in _scene(style, test, candidate).items)
     return Scene(tuple(dict.fromkeys(items))) if items else None
 
 
-def _presentations(series: tuple[Series, ...]) -> Iterator[Presentation]:
+def _presentations(series: tuple[VisionSeries, ...]) -> Iterator[Presented]:
     return (shown for each in series for level in each.levels.values() for shown in level)
 
 

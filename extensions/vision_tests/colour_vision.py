@@ -15,9 +15,9 @@ from extensions.vision_tests.confusion_plates import AXES, SCALES, Axis, Confusi
 from extensions.vision_tests.record import SIDES, Side
 from extensions.vision_tests.vision_test import (
     Levels,
-    Presentation,
+    Presented,
     Screen,
-    Series,
+    VisionSeries,
     VisionTest,
     VisionTestSpec,
     four_targets,
@@ -59,13 +59,13 @@ class ColourVisionSpec(VisionTestSpec):
         wanted = sorted({*self.levels_delta_uv, self.pass_delta_uv}, reverse=True)
         ring_size = plate.side_px * 0.5
 
-        def presentation(series: str, level: float, number: int, ring_XYZ: Any, strength: float | None) -> Presentation:
+        def presentation(series: str, level: float, number: int, ring_XYZ: Any, strength: float | None) -> Presented:
             name = f"{seed}/{NAME}/{series}/{level:g}/{number}"
             side: Side = rng.choice(SIDES)
             details = {"ring_XYZ_cd_m2": [round(float(value), 4) for value in ring_XYZ]}
-            return Presentation(name, partial(plate.draw, side, ring_XYZ, name), side, strength, details)
+            return Presented(name, partial(plate.draw, side, ring_XYZ, name), side, strength, details)
 
-        def along(axis: Axis, level: float) -> tuple[Presentation, ...]:
+        def along(axis: Axis, level: float) -> tuple[Presented, ...]:
             signs = [sign for sign in (1, -1) if plate.can_show(axis, sign * level)]
             first = rng.randrange(2)
             return tuple(
@@ -79,7 +79,9 @@ class ColourVisionSpec(VisionTestSpec):
             # All the ring's dots are darker than the ground's, by light that every eye sees.
             dark = plate.ground_XYZ * _CONTROL_SCALE
             shown = tuple(presentation("control", 0.0, number, dark, None) for number in range(self.controls))
-            series.append(Series("control", f"{NAME}_control", {0.0: shown}, max(1, self.controls - 1), control=True))
+            series.append(
+                VisionSeries("control", f"{NAME}_control", {0.0: shown}, max(1, self.controls - 1), control=True)
+            )
         outside: dict[str, list[float]] = {}
         for axis in axes:
             can = [level for level in wanted if any(plate.can_show(axis, sign * level) for sign in (1, -1))]
@@ -93,7 +95,9 @@ class ColourVisionSpec(VisionTestSpec):
                     )
                 )
             outside[axis] = [level for level in wanted if level not in can]
-            series.append(Series(axis, f"{NAME}_{axis}", {level: along(axis, level) for level in can}, self.required))
+            series.append(
+                VisionSeries(axis, f"{NAME}_{axis}", {level: along(axis, level) for level in can}, self.required)
+            )
         facts = {
             "what_it_is": "a screen, no diagnosis",
             "ground_XYZ_cd_m2": [round(float(value), 4) for value in plate.ground_XYZ],

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, get_args
 
 from pydantic import Field
 
-from analysis.kinds import Count, Fields, Json, Name, Number, OutcomeRecord, Session, Text, Trial
+from analysis.kinds import Count, Fields, Json, Name, Number, OutcomeRecord, SoFar, Text, Trial
 
 Side = Literal["up", "down", "left", "right"]
 SIDES: tuple[Side, ...] = get_args(Side)
@@ -56,7 +56,7 @@ class PresentationRecord(ScreeningRecord):
         """What was answered."""
         return self.answer
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the answer with what is right."""
         if self.correct != (self.answer == self.correct_answer):
             yield f"the answer is '{self.answer}', right is '{self.correct_answer}', and 'correct' is {self.correct}"
@@ -64,7 +64,7 @@ class PresentationRecord(ScreeningRecord):
         given = session.seen.setdefault(("screening", self.block, self.test, self.series), [])
         given.append(self.correct)
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the answer with its key."""
         yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=not practised)
@@ -73,7 +73,7 @@ class PresentationRecord(ScreeningRecord):
             yield from session.key_means("side", key, self.answer, KEYS)
 
 
-def _unit(session: Session, test: str, unit: str) -> Iterator[str]:
+def _unit(session: SoFar, test: str, unit: str) -> Iterator[str]:
     before = session.seen.setdefault(("unit", test), unit)
     if unit != before:
         yield f"the test '{test}' is in {unit} here, and in {before} before"
@@ -134,7 +134,7 @@ class VisionOutcomeRecord(ScreeningRecord, OutcomeRecord):
             reached += ", missed control plates that everyone sees"
         return f"{reached}, pass mark {result.pass_mark:g}{unit}"
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the outcome with that of each series, and these with the presentations."""
         if self.response_time_s:
             yield "an outcome has no response time"
@@ -167,12 +167,12 @@ class ScreenedOutRecord(ScreeningRecord):
     test: Name
     screened_out: Literal[True]
 
-    def contradictions(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare with the outcome before."""
         if ("failed", self.test) not in session.seen:
             yield f"the test '{self.test}' was not failed"
 
-    def pressed_otherwise(self, session: Session, *, practised: bool) -> Iterator[str]:
+    def pressed_otherwise(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the time with the press that ended it."""
         yield from super().pressed_otherwise(session, practised=practised)
         yield from self.timed_by_press(last=True)

@@ -18,7 +18,7 @@ from devices.display import EyeModels, disparity_arcmin, mm_from_px, px_from_mm,
 from documents.yaml import FileModel, Positive
 from extensions.vision_tests.record import SIDES, Side
 from extensions.vision_tests.shown_range import ShownRange
-from runner.ports import Target
+from runner.ports import Button
 from runner.scene import Item
 from stimuli.pictures import StereoImage
 
@@ -78,7 +78,7 @@ class Screen:
 
 
 @dataclass(frozen=True, slots=True)
-class Presentation:
+class Presented:
     """A picture ``picture`` made by ``make``, and the side that is the right answer.
 
     ``strength`` is how plain it is to a simulated observer, above 0 and larger where it is plainer; None if there is no
@@ -93,7 +93,7 @@ class Presentation:
 
 
 @dataclass(frozen=True, slots=True)
-class Series:
+class VisionSeries:
     """Presentations by level, from coarse to fine, smaller being finer.
 
     A level is passed by ``required`` right answers. A ``control`` shows only whether the test was understood.
@@ -101,7 +101,7 @@ class Series:
 
     name: str
     task: str
-    levels: Mapping[float, tuple[Presentation, ...]]
+    levels: Mapping[float, tuple[Presented, ...]]
     required: int
     control: bool = False
 
@@ -121,9 +121,9 @@ class VisionTest:
     page: str
     question: str
     side_px: int
-    series: tuple[Series, ...]
+    series: tuple[VisionSeries, ...]
     facts: Mapping[str, Any]
-    targets: Mapping[str, Target]
+    targets: Mapping[str, Button]
     marks: tuple[Item, ...] = ()
     logarithmic: bool = False
 
@@ -190,13 +190,13 @@ def threshold_estimate(strengths: Sequence[float], right: Sequence[bool], option
 class TrialAnswers:
     """The answers to a series so far."""
 
-    series: Series
+    series: VisionSeries
     strengths: list[float] = field(default_factory=list)
     right: list[bool] = field(default_factory=list)
     threshold: float | None = None
     _here: list[bool] = field(default_factory=list)
 
-    def add(self, presentation: Presentation, *, right: bool) -> None:
+    def add(self, presentation: Presented, *, right: bool) -> None:
         """Note an answer at the current level."""
         self._here.append(right)
         self.right.append(right)
@@ -224,14 +224,14 @@ class TrialAnswers:
         return threshold_estimate(self.strengths, self.right, len(SIDES))
 
 
-def four_targets(offset_px: float, size_px: float) -> dict[str, Target]:
+def four_targets(offset_px: float, size_px: float) -> dict[str, Button]:
     """Return a square to click at each side, its middle at ``offset_px`` from the middle of the view."""
     size = round(size_px), round(size_px)
     return {
-        "up": Target((0, -round(offset_px)), size),
-        "down": Target((0, round(offset_px)), size),
-        "left": Target((-round(offset_px), 0), size),
-        "right": Target((round(offset_px), 0), size),
+        "up": Button((0, -round(offset_px)), size),
+        "down": Button((0, round(offset_px)), size),
+        "left": Button((-round(offset_px), 0), size),
+        "right": Button((round(offset_px), 0), size),
     }
 
 

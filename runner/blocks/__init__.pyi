@@ -3,8 +3,8 @@ from .block import SECONDS_PER_TRIAL as SECONDS_PER_TRIAL
 from .block import Block as Block
 from .block import BlockKind as BlockKind
 from .block import Draft as Draft
-from .block import Ended as Ended
 from .block import Fault as Fault
+from .block import SessionEnd as SessionEnd
 from .block import Steps as Steps
 from .block import StimulusNames as StimulusNames
 from .block import chosen as chosen

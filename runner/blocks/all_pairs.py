@@ -15,13 +15,13 @@ from pydantic import Field, model_validator
 
 from documents.yaml import Natural
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, Steps, StimulusNames, chosen, name_faults
-from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
+from runner.blocks.catch_trials import CatchTrials, PlacedPair, mix_in
 from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.incomplete_pairs import designs, fewest_pairs, observers_pairs, place_of
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import Pair, grouped_order, pair_order
 from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
-from runner.blocks.scale import Rated, Scale, ends_of, rate, scale_faults, scales_named
+from runner.blocks.scale import RatedScene, Scale, ends_of, rate, scale_faults, scales_named
 from runner.ports import Ask, Compare, Response, answer
 from runner.scene import Picture
 from runner.views.field_types import OptionalFactor, ShortSeconds
@@ -138,7 +138,7 @@ class AllPairs(TimedKind):
             return SequenceView(setting.single_layout(), *look)
         return SimultaneousView(setting.pair_layout(), *look)
 
-    def comparisons(self, setting: BlockContext) -> list[Comparison]:
+    def comparisons(self, setting: BlockContext) -> list[PlacedPair]:
         """Return who meets whom, in the observer's order, catch trials among them."""
         names, groups, part = chosen(self.stimuli, setting.stimuli), self._groups(setting.stimuli), self._part(setting)
         seeds = setting.pair_seed if part is None else setting.own_seed, setting.own_seed
@@ -148,7 +148,7 @@ class AllPairs(TimedKind):
         else:
             own = groups if part is None else groups.only(part)
             order = grouped_order(own.sets, self.repeats, *seeds, flip=flip)
-        pairs = [Comparison(names[first], names[second]) for first, second in order]
+        pairs = [PlacedPair(names[first], names[second]) for first, second in order]
         if self.catch is None:
             return pairs
         return mix_in(pairs, self.catch, self.catch.count(len(pairs)), names, *seeds, flip=flip)
@@ -252,7 +252,7 @@ class AllPairs(TimedKind):
             yield Draft("all_pairs", data, stimuli=trial.stimuli, response_time_s=response.time_s)
 
     def _rate(
-        self, setting: BlockContext, layout: SingleLayout, trial: Comparison, meaning: str
+        self, setting: BlockContext, layout: SingleLayout, trial: PlacedPair, meaning: str
     ) -> Generator[Ask, Response | None, dict[str, dict[str, Any]]]:
         """Ask for each rating, under the picture that it is about, and return what to record.
 
@@ -267,7 +267,9 @@ class AllPairs(TimedKind):
             for place in places if scale.of == "both" else places.keys() & {meaning}:
                 name = places[place]
                 items = (Picture(name, layout.picture_px, layout.aperture_px), *layout.reference(reference))
-                values[place], time_s = yield from rate(scale, setting.style, Rated(layout, items, name, reference))
+                values[place], time_s = yield from rate(
+                    scale, setting.style, RatedScene(layout, items, name, reference)
+                )
                 seconds[place] = round(time_s, 6)
             both = scale.of == "both"
             ratings[scale.name] = values if both else values.get(meaning)

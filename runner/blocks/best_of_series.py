@@ -14,9 +14,9 @@ from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, S
 from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.message import PausedKind
 from runner.blocks.orders import spaced
-from runner.blocks.scale import Rated, Scale, ends_of, rate_all, scale_faults, scales_named
+from runner.blocks.scale import RatedScene, Scale, ends_of, rate_all, scale_faults, scales_named
 from runner.blocks.series import (
-    Series,
+    Browsable,
     SomeSeries,
     find_series,
     series_faults,
@@ -65,7 +65,7 @@ _SECONDS_PER_PICTURE = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Browsed:
     """How one series was gone through: the index chosen, and each picture that was shown with its time in s."""
 
     index: int
@@ -151,7 +151,7 @@ class BestOfSeries(PausedKind):
         yield from series_named(self.series, stimuli)
         yield from scales_named(self.ratings)
 
-    def _steps(self, all_series: Sequence[Series], scales: Sequence[Scale], look: _Look, seed: str) -> Steps:
+    def _steps(self, all_series: Sequence[Browsable], scales: Sequence[Scale], look: _Look, seed: str) -> Steps:
         """Let every series be gone through, and record each choice with its ratings."""
         rng = random.Random(seed)
         order = spaced(all_series, lambda series: series.group or series.name, rng)
@@ -166,7 +166,7 @@ class BestOfSeries(PausedKind):
                 first = starts[number + 1]
                 following = self._scene(look, order[number + 1], first, frozenset({first}))
             pictures = series_pictures(chosen, look.layout, look.reference)
-            about = Rated(look.layout, pictures, chosen, look.reference, following)
+            about = RatedScene(look.layout, pictures, chosen, look.reference, following)
             ratings, times_s = yield from rate_all(scales, look.style, about)
             yield Draft(
                 "best_of_series",
@@ -185,7 +185,7 @@ class BestOfSeries(PausedKind):
                 response_time_s=choice.time_s,
             )
 
-    def _browse(self, look: _Look, series: Series, start: int) -> Generator[Ask, Response | None, Choice]:
+    def _browse(self, look: _Look, series: Browsable, start: int) -> Generator[Ask, Response | None, Browsed]:
         """Let one leaf through ``series`` from ``start`` on, and return the choice."""
         count = len(series.stimuli)
         index, travel = start, 1
@@ -210,7 +210,7 @@ class BestOfSeries(PausedKind):
             response = answer((yield ask))
             path.append((index, round(response.time_s, 6)))
             if response.meaning == "choose":
-                return Choice(index, tuple(path))
+                return Browsed(index, tuple(path))
             travel = means[response.meaning]
             neighbour = self._neighbour(index, travel, count)
             index = index if neighbour is None else neighbour
@@ -222,7 +222,7 @@ class BestOfSeries(PausedKind):
             return (index + way) % count
         return index + way if 0 <= index + way < count else None
 
-    def _scene(self, look: _Look, series: Series, index: int, seen: frozenset[int]) -> Scene:
+    def _scene(self, look: _Look, series: Browsable, index: int, seen: frozenset[int]) -> Scene:
         ready = not self.see_all or len(seen) == len(series.stimuli)
         hint = look.style.say("leaf_or_choose" if ready else "leaf")
         return series_scene(

@@ -21,7 +21,7 @@ SECONDS_PER_TRIAL = 5.0
 LEAST_MS = 100.0  # no one reacts to a picture sooner
 
 
-class Ended(Exception):
+class SessionEnd(Exception):
     """Raised by a block after its last record to end the session there, complete; ``facts`` stand in its end record."""
 
     def __init__(self, facts: Mapping[str, Any]) -> None:

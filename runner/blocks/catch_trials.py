@@ -23,7 +23,7 @@ Catch = Literal["obvious", "identical"]
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class PlacedPair:
     """Two stimuli in their places; in a catch trial also which sort it is, and which of the two is ``better``."""
 
     first: str
@@ -113,7 +113,7 @@ class CatchTrials(FileModel):
 
 
 def mix_in(
-    trials: Sequence[Comparison],
+    trials: Sequence[PlacedPair],
     catch: CatchTrials,
     count: int,
     stimuli: Sequence[str],
@@ -121,7 +121,7 @@ def mix_in(
     order_seed: str,
     *,
     flip: bool = False,
-) -> list[Comparison]:
+) -> list[PlacedPair]:
     """Return ``trials`` in their order with ``count`` catch trials among them; identical pairs are of ``stimuli``.
 
     The seeds and ``flip`` are those of `runner.blocks.orders.pair_order`. The better stimulus stands first in half
@@ -134,7 +134,7 @@ def mix_in(
     ]
     rng.shuffle(waiting)
     kinds = Counter(waiting)
-    mixed: list[Comparison] = []
+    mixed: list[PlacedPair] = []
     for number in range(count):
         start, end = (len(trials) * edge // count for edge in (number, number + 1))
         gap, chosen = _placed(trials, waiting, kinds, start, end, rng)
@@ -144,7 +144,7 @@ def mix_in(
     return mixed
 
 
-def _obvious(catch: CatchTrials, count: int, rng: random.Random, *, flip: bool) -> Iterator[Comparison]:
+def _obvious(catch: CatchTrials, count: int, rng: random.Random, *, flip: bool) -> Iterator[PlacedPair]:
     pairs = list(catch.pairs)
     rng.shuffle(pairs)
     turn = (rng.random() < 0.5) != flip
@@ -152,21 +152,21 @@ def _obvious(catch: CatchTrials, count: int, rng: random.Random, *, flip: bool) 
         times, index = divmod(number, len(pairs))
         better, worse = pairs[index]
         first, second = (better, worse) if bool((times + index) % 2) == turn else (worse, better)
-        yield Comparison(first, second, "obvious", better)
+        yield PlacedPair(first, second, "obvious", better)
 
 
-def _identical(catch: CatchTrials, stimuli: Sequence[str], rng: random.Random) -> Iterator[Comparison]:
+def _identical(catch: CatchTrials, stimuli: Sequence[str], rng: random.Random) -> Iterator[PlacedPair]:
     names = list(stimuli)
     rng.shuffle(names)
     for number in range(catch.identical):
         name = names[number % len(names)]
-        yield Comparison(name, name, "identical")
+        yield PlacedPair(name, name, "identical")
 
 
 def _placed(
-    trials: Sequence[Comparison],
-    waiting: Sequence[Comparison],
-    kinds: Counter[Comparison],
+    trials: Sequence[PlacedPair],
+    waiting: Sequence[PlacedPair],
+    kinds: Counter[PlacedPair],
     start: int,
     end: int,
     rng: random.Random,
@@ -179,7 +179,7 @@ def _placed(
     rng.shuffle(gaps)
     besides = [(gap, {name for trial in trials[gap - 1 : gap + 1] for name in trial.stimuli}) for gap in gaps]
     left = sum(count > 0 for count in kinds.values())
-    tried: set[Comparison] = set()
+    tried: set[PlacedPair] = set()
     for index, item in enumerate(waiting):
         if item in tried:
             continue

@@ -12,7 +12,7 @@ from pydantic import Field
 from documents.yaml import FileModel
 from runner.blocks.block import Block, BlockKind, Draft, Fault, Steps
 from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.text_entry import LONGEST, LONGEST_NUMBER, Number, Words, button, lines_needed, typed, written
+from runner.blocks.text_entry import LONGEST, LONGEST_NUMBER, Number, TextAnswer, button, lines_needed, typed, written
 from runner.ports import Ask, Choose, Response, answer
 from runner.scene import Item, Scene
 from runner.views.field_types import Label, Line
@@ -56,7 +56,7 @@ class _Question(FileModel):
         yield from ()
 
 
-class Choice(_Question):
+class ChoiceQuestion(_Question):
     """One of some options, each with a digit or, with ``keys: letters``, a letter."""
 
     kind: Literal["choice"]
@@ -142,7 +142,7 @@ class NumberQuestion(Number, _Question):
             yield Fault("there is no whole number between lowest and highest", ("whole",), "leave it out")
 
 
-class TextQuestion(Words, _Question):
+class TextQuestion(TextAnswer, _Question):
     """Some words, ``max_length`` characters at most."""
 
     kind: Literal["text"]
@@ -159,7 +159,7 @@ def _ask_typed(question: NumberQuestion | TextQuestion, style: Style) -> Typing:
     return question.value(written) if written else None, took_s
 
 
-AnyQuestion = Annotated[Choice | NumberQuestion | TextQuestion, Field(discriminator="kind")]
+AnyQuestion = Annotated[ChoiceQuestion | NumberQuestion | TextQuestion, Field(discriminator="kind")]
 
 
 class Questionnaire(BlockKind):

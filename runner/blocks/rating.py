@@ -17,7 +17,7 @@ from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Named, S
 from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import repeated
-from runner.blocks.scale import Rated, Scale, ends_of, rate_all, scale_faults, scale_items, scales_named
+from runner.blocks.scale import RatedScene, Scale, ends_of, rate_all, scale_faults, scale_items, scales_named
 from runner.ports import Hold
 from runner.scene import Item, Picture, Scene
 from runner.views.layout import SingleLayout
@@ -81,7 +81,7 @@ class Rating(TimedKind):
                 yield Hold("picture", Scene((*pictures, question)), self.exposure_s)
                 pictures = ()
             upcoming = first_seen[order[number + 1]] if number + 1 < len(order) else None
-            about = Rated(layout, pictures, stimulus, reference, upcoming)
+            about = RatedScene(layout, pictures, stimulus, reference, upcoming)
             ratings, times_s = yield from rate_all(self.ratings, style, about)
             yield Draft(
                 "rating",

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from documents.yaml import FileModel
 from runner.blocks.block import Fault, Named
-from runner.ports import Ask, Rate, Response, Target, answer
+from runner.ports import Ask, Button, Rate, Response, answer
 from runner.scene import Item, Scene, Text
 from runner.views.field_types import Label, Line
 from runner.views.layout import SingleLayout
@@ -124,7 +124,7 @@ def ends_of(scales: Sequence[Scale]) -> dict[str, tuple[int, int]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Rated:
+class RatedScene:
     """What is rated: ``stimulus``, against ``reference`` if there is one; ``items`` are drawn with the scale, first.
 
     With a ``layout`` the question stands above its picture and the scale below it, without one both stand in the
@@ -141,7 +141,7 @@ class Rated:
 def rate(
     scale: Scale,
     style: Style,
-    about: Rated = Rated(),  # it is frozen
+    about: RatedScene = RatedScene(),  # it is frozen
 ) -> Generator[Ask, Response | None, tuple[int, float]]:
     """Ask for a number on ``scale``; return it and the time it took in s. To be used with ``yield from``.
 
@@ -170,7 +170,7 @@ def rate(
 
 
 def rate_all(
-    scales: Sequence[Scale], style: Style, about: Rated
+    scales: Sequence[Scale], style: Style, about: RatedScene
 ) -> Generator[Ask, Response | None, tuple[dict[str, int], dict[str, float]]]:
     """Ask for a number on each scale; return the numbers and their times in s, both by the scales' names."""
     ratings: dict[str, int] = {}
@@ -216,7 +216,7 @@ def scale_items(
 
 def scale_targets(
     scale: Scale, style: Style, current: int | None, layout: SingleLayout | None = None
-) -> dict[str, Target]:
+) -> dict[str, Button]:
     """Return where each number can be clicked, and where the marker's number can be accepted."""
     top = _top(style, layout)
     end = _end(style)

@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag
 from documents.yaml import FileModel
 from runner.blocks.block import Fault, Named, name_faults
 from runner.blocks.context import Stimuli, level_words
-from runner.ports import Target
+from runner.ports import Button
 from runner.scene import Item, Picture, Scene
 from runner.views.field_types import Factor, Line
 from runner.views.layout import SingleLayout
@@ -20,7 +20,7 @@ from runner.views.style import Style
 
 
 @dataclass(frozen=True, slots=True)
-class Series:
+class Browsable:
     """Pictures to browse, in order; series of one ``group`` show the same thing."""
 
     name: str
@@ -56,17 +56,17 @@ SomeSeries = Annotated[
 ]
 
 
-def find_series(some: SomeSeries, stimuli: Stimuli) -> tuple[Series, ...]:
+def find_series(some: SomeSeries, stimuli: Stimuli) -> tuple[Browsable, ...]:
     """Return the series that are named, or those that the stimuli's factors make."""
     if not isinstance(some, SeriesBySpec):
-        return tuple(Series(name, tuple(names)) for name, names in some.items())
+        return tuple(Browsable(name, tuple(names)) for name, names in some.items())
     members: dict[tuple[str | float, ...], list[str]] = {}
     for name in stimuli.names:
         factors = stimuli.factors[name]
         if all(key in factors for key in (*some.by, some.order)):
             members.setdefault(tuple(factors[key] for key in some.by), []).append(name)
     return tuple(
-        Series(
+        Browsable(
             "-".join(map(level_words, values)),
             tuple(sorted(names, key=lambda name: _sortable(stimuli.factors[name][some.order]))),
             level_words(values[0]),
@@ -99,7 +99,7 @@ def series_faults(some: SomeSeries, stimuli: Stimuli) -> Iterator[Fault]:
         yield from _order_faults(find_series(some, stimuli), stimuli, some.order)
 
 
-def _order_faults(all_series: tuple[Series, ...], stimuli: Stimuli, order: str) -> Iterator[Fault]:
+def _order_faults(all_series: tuple[Browsable, ...], stimuli: Stimuli, order: str) -> Iterator[Fault]:
     for series in all_series:
         if len(series.stimuli) < 2:
             only = f"the series '{series.name}' has only the picture '{series.stimuli[0]}'"
@@ -164,7 +164,7 @@ def series_scene(
     return Scene(tuple(items))
 
 
-def series_targets(count: int, layout: SingleLayout, style: Style) -> dict[str, Target]:
+def series_targets(count: int, layout: SingleLayout, style: Style) -> dict[str, Button]:
     """Return where to click for ``previous``, ``next`` and ``choose``: two arrow heads and the picture."""
     y = layout.below_px / style.unit_px + _ROW
     middle, step = _row(count, layout, style)
@@ -172,7 +172,7 @@ def series_targets(count: int, layout: SingleLayout, style: Style) -> dict[str, 
     return {
         "previous": style.target(middle - edge, y, 60, 50),
         "next": style.target(middle + edge, y, 60, 50),
-        "choose": Target(layout.picture_px, layout.aperture_px),
+        "choose": Button(layout.picture_px, layout.aperture_px),
     }
 
 

@@ -23,7 +23,7 @@ Limit = Annotated[float, Field(ge=-1e9, le=1e9)]
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
 
 
-class Words(FileModel):
+class TextAnswer(FileModel):
     """Some words, ``max_length`` characters at most."""
 
     max_length: Annotated[int, Field(ge=1, le=LONGEST)] = LONGEST
@@ -159,14 +159,14 @@ _CARET = "▏"
 
 
 def typed(
-    prompt: str, style: Style, *, name: str = "", field: Words | Number | None = None, required: bool = True
+    prompt: str, style: Style, *, name: str = "", field: TextAnswer | Number | None = None, required: bool = True
 ) -> Generator[Ask, Response | None, tuple[str, float]]:
     """Ask for what ``field`` accepts (any words if None); return what was typed and the time it took in s.
 
     Enter accepts it, or shows on the page what is wrong with it; without ``required`` it may be left empty. The time is
     the sum of the times from each screen's onset to the press that ended it.
     """
-    field = field or Words()
+    field = field or TextAnswer()
     words, message = "", ""
     took_s = 0.0
     presses = 0
@@ -191,7 +191,7 @@ def typed(
             words = words if message else longer
 
 
-def _fault(words: str, field: Words | Number, say: Say, *, required: bool) -> str:
+def _fault(words: str, field: TextAnswer | Number, say: Say, *, required: bool) -> str:
     if not words.strip():
         return field.wanted(say) if required else ""
     return field.fault(words.strip(), say)
@@ -202,7 +202,7 @@ def _page(
     words: str,
     style: Style,
     name: str,
-    field: Words | Number,
+    field: TextAnswer | Number,
     fault: str,
     message: tuple[str, float],
     *,

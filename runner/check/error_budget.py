@@ -14,14 +14,14 @@ import numpy as np
 
 from devices.budget import (
     BudgetPath,
-    Cost,
     Encoding,
     ErrorBudget,
     Mixed,
     OwnPixels,
     Pair,
+    PathStep,
     SmoothScene,
-    Step,
+    StepCost,
     joined_differences,
 )
 from devices.compensation import Compensation, Correction
@@ -37,7 +37,7 @@ SCENE_PX = (192, 128)
 # Pixels of a picture for each pixel of the display, before it is resampled.
 RESOLUTION = 2.5
 MOST_COLOURS = 20_000
-_OF_THE_SCENE = (Step.HALF_FLOATS, Step.RESAMPLING)
+_OF_THE_SCENE = (PathStep.HALF_FLOATS, PathStep.RESAMPLING)
 
 
 def rig_budget(rig: Rig, encoding: Encoding | None = None) -> ErrorBudget:
@@ -96,7 +96,7 @@ def picture_budget(
             parts.append(_path(rig, compensation, encoding, gains).differences(asked))
     scene = _path(rig, compensation, encoding, None).differences(_flattened(_scene(rig)), _flattened(_resampled(rig)))
     differences = {**joined_differences(parts), **{step: scene[step] for step in _OF_THE_SCENE}}
-    colours = f"{len(differences[Step.CODES]['left'])} colours of {number} pictures"
+    colours = f"{len(differences[PathStep.CODES]['left'])} colours of {number} pictures"
     mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))
     return _budget(rig, mode, colours, differences, ", of a smooth scene: the pictures hold it already")
 
@@ -149,46 +149,49 @@ def _gains_at(
 
 
 def _budget(
-    rig: Rig, mode: Mode, colours: str, differences: Mapping[Step, Mapping[Eye, Floats]], before: str = ""
+    rig: Rig, mode: Mode, colours: str, differences: Mapping[PathStep, Mapping[Eye, Floats]], before: str = ""
 ) -> ErrorBudget:
-    stated = {eye: Cost(errors.mean, errors.p95, errors.max) for eye, errors in rig.held_out.items()}
+    stated = {eye: StepCost(errors.mean, errors.p95, errors.max) for eye, errors in rig.held_out.items()}
     return ErrorBudget.of(
         colours,
         differences,
         dict(_words(rig, mode, before)),
-        {Step.CHARACTERISATION: stated} if len(stated) == len(EYES) else {},
+        {PathStep.CHARACTERISATION: stated} if len(stated) == len(EYES) else {},
     )
 
 
-def _words(rig: Rig, mode: Mode, before: str) -> Iterator[tuple[Step, str]]:
+def _words(rig: Rig, mode: Mode, before: str) -> Iterator[tuple[PathStep, str]]:
     """Give each step that there is on this rig, and what is to be said of it."""
     mixed = mode.mixture(rig.models) is not None
     bits = rig.output_bits
-    yield Step.HALF_FLOATS, f"OpenEXR keeps 11 bits of X, Y and Z{before}"
-    yield Step.RESAMPLING, f"from {RESOLUTION:g} pixels of a picture to one of the display{before}"
-    yield Step.GAMUT_CLIP, "to what the display can show in the dark" if not mixed else "of the mixed light"
+    yield PathStep.HALF_FLOATS, f"OpenEXR keeps 11 bits of X, Y and Z{before}"
+    yield PathStep.RESAMPLING, f"from {RESOLUTION:g} pixels of a picture to one of the display{before}"
+    yield PathStep.GAMUT_CLIP, "to what the display can show in the dark" if not mixed else "of the mixed light"
     lit = any(rig.models.eye(eye).ambient_XYZ_cd_m2.any() for eye in EYES)
     if not (lit and mixed):
-        yield Step.AMBIENT_LIGHT, "nothing is darker than the room's light" if lit else "not measured"
+        yield PathStep.AMBIENT_LIGHT, "nothing is darker than the room's light" if lit else "not measured"
     if mixed:
-        yield Step.FILTERS, "three channels for two eyes, if nothing were clipped"
+        yield PathStep.FILTERS, "three channels for two eyes, if nothing were clipped"
     elif rig.mode != "flat":
         lift = ", black lifted" if rig.spec.lift_black else ""
-        yield Step.CROSSTALK, f"what cannot be cancelled{lift}" if rig.crosstalk else "not measured"
+        yield PathStep.CROSSTALK, f"what cannot be cancelled{lift}" if rig.crosstalk else "not measured"
     if not mixed:
         gain_map = rig.gain_map
         words = (
             f"evened out, {100 * gain_map.luminance_lost:.1f} % of the luminance apart" if gain_map else "not measured"
         )
-        yield Step.GAIN_MAP, words
-    yield Step.LOOK_UP_TABLE, "the colour pass's tables in 32 bits"
+        yield PathStep.GAIN_MAP, words
+    yield PathStep.LOOK_UP_TABLE, "the colour pass's tables in 32 bits"
     dithered = f"dithered to codes of {bits} bits, mean over 64 x 64 pixels"
-    yield Step.CODES, f"rounded to codes of {bits} bits" if rig.spec.dither == "none" else dithered
+    yield PathStep.CODES, f"rounded to codes of {bits} bits" if rig.spec.dither == "none" else dithered
     if rig.nominal:
-        yield Step.CHARACTERISATION, f"not measured: nominal {rig.nominal.name}"
+        yield PathStep.CHARACTERISATION, f"not measured: nominal {rig.nominal.name}"
     else:
         known = len(rig.held_out) == len(EYES)
         borrowed = "" if rig.is_characterised else f", of the mode '{rig.characterised_as}'"
-        yield Step.CHARACTERISATION, f"held-out readings{borrowed}" if known else "the display file does not state it"
+        yield (
+            PathStep.CHARACTERISATION,
+            f"held-out readings{borrowed}" if known else "the display file does not state it",
+        )
     halved = "" if mode.areas((2, 2))[0].squeeze == (1, 1) else " and without the detail that half a signal loses"
-    yield Step.TOGETHER, f"without the characterisation{halved}"
+    yield PathStep.TOGETHER, f"without the characterisation{halved}"

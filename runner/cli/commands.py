@@ -108,14 +108,14 @@ def run_command(
     interrupted or failed, with the command that continues it; 2 if the input was wrong.
     """
     from runner.errors import UsedCodeError
-    from runner.session.console import Shown, at_a_terminal
+    from runner.session.console import ConsoleStatus, at_a_terminal
     from runner.session.run import run_session
 
     if options.simulate and Path(options.simulate).suffix == ".jsonl":
         options = replace(options, simulate=None, replay=options.simulate)
     if console is None:
         console = options.of_a_person and options.backend in (None, "window") and at_a_terminal()
-    with Shown(observer, progress, console and not options.replay) as shown:
+    with ConsoleStatus(observer, progress, console and not options.replay) as shown:
         options = replace(options, progress=progress, notify=say, listeners=(shown,))
         try:
             return run_session(experiment, observer, options)

@@ -3,7 +3,7 @@ from .options import InstrumentOptions as InstrumentOptions
 from .options import MeasureOptions as MeasureOptions
 from .options import PatchesOptions as PatchesOptions
 from .options import PatchOptions as PatchOptions
-from .options import ShowOptions as ShowOptions
+from .options import ShowPatches as ShowPatches
 from .options import VerifyOptions as VerifyOptions
 from .show_patches import show_patches as show_patches
 from .station import measure_display as measure_display

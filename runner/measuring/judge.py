@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from devices.display import wrong_lens
-from devices.readings import Kept, Patch, Reading, Step, must_differ
+from devices.readings import Kept, Patch, PatchTurn, Reading, must_differ
 from documents.arrays import Floats
 
 MOST_LIGHT_CD_M2 = 100_000.0
@@ -45,7 +45,7 @@ class Doubt:
 
     kind: str
     words: str
-    steps: tuple[Step, ...]
+    steps: tuple[PatchTurn, ...]
 
     @property
     def positions(self) -> tuple[int, ...]:
@@ -60,7 +60,7 @@ class Doubt:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Read:
-    step: Step
+    step: PatchTurn
     XYZ: Floats
 
     @property
@@ -76,13 +76,13 @@ class Judge:
     doubted once is not doubted again.
     """
 
-    def __init__(self, before: Sequence[Kept] = (), steps: Sequence[Step] = ()) -> None:
+    def __init__(self, before: Sequence[Kept] = (), steps: Sequence[PatchTurn] = ()) -> None:
         kept = sorted(before, key=lambda one: (one.time_s, one.position))
         self._read = [_Read(steps[one.position], np.array(one.reading.XYZ_cd_m2)) for one in kept]
         self._new = self._checked = len(self._read)
         self._doubted: set[str] = set()
 
-    def doubt(self, step: Step, reading: Reading) -> Doubt | None:
+    def doubt(self, step: PatchTurn, reading: Reading) -> Doubt | None:
         """Return what is wrong with ``reading`` of ``step``, or with those before it, None if nothing is."""
         newest = _Read(step, np.array(reading.XYZ_cd_m2))
         self._read.append(newest)
@@ -123,7 +123,7 @@ def _last(alike: Sequence[_Read], code: float) -> _Read | None:
     return next((one for one in reversed(alike) if _codes(one) == {code}), None)
 
 
-def _steps(read: Sequence[_Read]) -> tuple[Step, ...]:
+def _steps(read: Sequence[_Read]) -> tuple[PatchTurn, ...]:
     return tuple(one.step for one in read)
 
 

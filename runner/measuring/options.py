@@ -16,7 +16,7 @@ INSTRUMENT_NAMES = ("cs2000", "pr655", "spotread", "manual", "simulated")
 
 
 @dataclass(frozen=True, slots=True)
-class ShowOptions:
+class ShowPatches:
     """How patches are shown.
 
     Attributes
@@ -154,7 +154,7 @@ class MeasureOptions:
     resume: bool = False
     again: Annotated[tuple[str, ...], Typed(metavar="NAME")] = ()
     instrument: InstrumentOptions
-    show: ShowOptions = field(default_factory=ShowOptions)
+    show: ShowPatches = field(default_factory=ShowPatches)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,7 +188,7 @@ class VerifyOptions:
     accept_gamma_table: bool = False
     limit: Annotated[float | None, Typed(metavar="DELTA_E", least=0)] = None
     instrument: InstrumentOptions
-    show: ShowOptions = field(default_factory=ShowOptions)
+    show: ShowPatches = field(default_factory=ShowPatches)
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +219,7 @@ class PatchesOptions:
     start: Annotated[str | None, Typed(metavar="NAME")] = None
     output: Annotated[Path | None, Typed("-o --output")] = None
     list_only: Annotated[bool, Typed("--list")] = False
-    show: ShowOptions = field(default_factory=ShowOptions)
+    show: ShowPatches = field(default_factory=ShowPatches)
 
 
 def _say_nothing(words: str) -> None:

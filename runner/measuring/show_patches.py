@@ -11,13 +11,13 @@ from typing import ClassVar
 from analysis.records import duration
 from devices.display import GammaTable
 from devices.errors import MeasuringError
-from devices.readings import BEFORE_SETTLINGS, Arrangement, Step, steps
+from devices.readings import BEFORE_SETTLINGS, Arrangement, PatchTurn, steps
 from documents import Finding, WorkError
 from documents.files import write_whole, writing
 from documents.tables import csv_lines
 from documents.text import JsonResult
 from runner.measuring.keys import Keys
-from runner.measuring.options import Dialogue, PatchesOptions, ShowOptions
+from runner.measuring.options import Dialogue, PatchesOptions, ShowPatches
 from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.station import open_screen, table_read_with
 from runner.measuring.target import Target, read_target
@@ -117,7 +117,7 @@ def show_patches(
     return PatchesShown(shown, len(order), table, options.output)
 
 
-def _from(start: str | None, order: tuple[Step, ...]) -> tuple[Step, ...]:
+def _from(start: str | None, order: tuple[PatchTurn, ...]) -> tuple[PatchTurn, ...]:
     """Return ``order`` from the step labelled ``start`` on; all of it without one."""
     labels = [step.label for step in order]
     if start is not None and start not in labels:
@@ -125,14 +125,14 @@ def _from(start: str | None, order: tuple[Step, ...]) -> tuple[Step, ...]:
     return order if start is None else order[labels.index(start) :]
 
 
-def _show(target: Target, order: tuple[Step, ...], options: PatchesOptions, dialogue: Dialogue) -> tuple[int, str]:
+def _show(target: Target, order: tuple[PatchTurn, ...], options: PatchesOptions, dialogue: Dialogue) -> tuple[int, str]:
     """Show ``order``, and return how many were shown and the table of them."""
     show = options.show
     with open_screen(target, show) as screen:
         for warning in screen.surface.facts.remarks:
             dialogue.warn(warning)
         if screen.surface.bits != target.panel.code_bits:
-            order = tuple(Step(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
+            order = tuple(PatchTurn(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
         hold_s = None if options.each_s is None else show.settle_s + options.each_s
         watch = GammaWatch(screen.surface.gamma_tables)
         lit = any(loaded.monitor for loaded in watch.loaded.values())
@@ -145,7 +145,7 @@ def _show(target: Target, order: tuple[Step, ...], options: PatchesOptions, dial
 
 
 def _show_each(
-    screen: PatchScreen, order: Sequence[Step], show: ShowOptions, hold_s: float | None, say: Callable[[str], None]
+    screen: PatchScreen, order: Sequence[PatchTurn], show: ShowPatches, hold_s: float | None, say: Callable[[str], None]
 ) -> dict[int, float]:
     """Show ``order``, say each, and return when it was last shown, in seconds from the first, by position.
 
@@ -183,7 +183,7 @@ def _show_each(
 
 
 def patch_table(
-    order: Sequence[Step],
+    order: Sequence[PatchTurn],
     eye: str,
     mode: str,
     bits: int,

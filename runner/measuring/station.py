@@ -18,8 +18,8 @@ from devices.readings import (
     MeasurementLog,
     PatchEye,
     PatchSet,
+    PatchTurn,
     ReadingRun,
-    Step,
     Wiring,
     open_instrument,
     read_session,
@@ -33,9 +33,9 @@ from documents.arrays import Floats
 from documents.text import JsonResult, did_you_mean
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.judge import Judge
-from runner.measuring.options import Dialogue, InstrumentOptions, MeasureOptions, ShowOptions
+from runner.measuring.options import Dialogue, InstrumentOptions, MeasureOptions, ShowPatches
 from runner.measuring.patch_screen import AskedScreen, PatchScreen
-from runner.measuring.take_readings import Outcome, take_readings
+from runner.measuring.take_readings import Taken, take_readings
 from runner.measuring.target import Target, read_target, wiring_of
 from runner.presenter.gamma_check import GammaWatch
 from runner.presenter.surfaces.gamma_tables import LoadedTable
@@ -50,7 +50,7 @@ class Order:
     """What is to be shown to whom, and how: ``eye`` is left, right or both."""
 
     sets: tuple[PatchSet, ...]
-    show: ShowOptions
+    show: ShowPatches
     notes: str = ""
     facts: Mapping[str, Any] = field(default_factory=dict)
 
@@ -61,7 +61,7 @@ class MeasurementReport(JsonResult):
 
     file: Path
     tables: tuple[Path, ...]
-    outcome: Outcome
+    outcome: Taken
     session: ReadingRun
     json_keys: ClassVar = {"file": "measurement", "session.readings": "readings", "outcome": "*"}
     json_names: ClassVar = "file tables readings missing session.accepted outcome"
@@ -141,7 +141,7 @@ def measure_display(
 
 @contextmanager
 def open_screen(
-    target: Target, show: ShowOptions, *, asked: Mapping[str, Floats] | None = None
+    target: Target, show: ShowPatches, *, asked: Mapping[str, Floats] | None = None
 ) -> Iterator[PatchScreen]:
     """Open a screen on ``target``, and close it: of device codes, or of colours ``asked`` in XYZ by patch name.
 
@@ -183,7 +183,7 @@ def measure(
     *,
     resume: bool = False,
     again: Sequence[str] = (),
-) -> tuple[Outcome, ReadingRun]:
+) -> tuple[Taken, ReadingRun]:
     """Measure, with the readings in ``file``, and return how it went and all readings there are.
 
     With ``resume``, the measurement in ``file`` is resumed; ``again`` are labels of steps to read once more.
@@ -202,7 +202,7 @@ def measure(
     log: MeasurementLog | None = None
     judge = Judge()
     begun = datetime.now(UTC)
-    wanted: tuple[Step, ...] = planned
+    wanted: tuple[PatchTurn, ...] = planned
     if resume or again:
         log, session = MeasurementLog.reopen(file)
         try:
@@ -253,7 +253,7 @@ def measure(
     return outcome, session
 
 
-def _ready(instrument: InstrumentOptions, show: ShowOptions, dialogue: Dialogue) -> Callable[[str], bool] | None:
+def _ready(instrument: InstrumentOptions, show: ShowPatches, dialogue: Dialogue) -> Callable[[str], bool] | None:
     """Return what waits until the person has moved what must be moved; None for a key in the window."""
 
     def note(request: str) -> bool:
@@ -297,7 +297,7 @@ def _clock(begun: datetime) -> Callable[[], float]:
     return lambda: already_s + time.monotonic() - now_s
 
 
-def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Step, ...]) -> dict[str, Any]:
+def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[PatchTurn, ...]) -> dict[str, Any]:
     return {
         "display": target.display_file.name,
         "display_sha256": sha256_of_file(target.display_file),
@@ -333,7 +333,7 @@ def _check_alike(session: ReadingRun, facts: Mapping[str, Any]) -> None:
         raise MeasuringError(findings)
 
 
-def _chosen(session: ReadingRun, labels: Sequence[str]) -> tuple[Step, ...]:
+def _chosen(session: ReadingRun, labels: Sequence[str]) -> tuple[PatchTurn, ...]:
     known = {step.label: step for step in session.steps}
     findings = []
     for label in labels:

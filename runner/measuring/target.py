@@ -29,7 +29,7 @@ from devices.readings import ALL, PatchEye, PatchSet, SimulatedDisplay, Wiring, 
 from documents import Finding, load_document
 from documents.files import beside, looked_for
 from documents.yaml import read_yaml
-from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
+from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowPatches
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
@@ -227,7 +227,7 @@ def _nominal_target(path: Path, rig: RigSpec, mode: str, options: dict[str, Any]
     )
 
 
-def wiring_of(target: Target, show: ShowOptions, instrument: InstrumentOptions, dialogue: Dialogue) -> Wiring:
+def wiring_of(target: Target, show: ShowPatches, instrument: InstrumentOptions, dialogue: Dialogue) -> Wiring:
     """Return what the instrument may need: the port, its options, the person, a display to simulate.
 
     A simulated instrument looks at the target, or at the display file that its option ``display`` names.

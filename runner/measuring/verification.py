@@ -36,7 +36,7 @@ from documents.pages import Block, Table
 from documents.text import JsonResult
 from runner.measuring.options import Dialogue, VerifyOptions
 from runner.measuring.station import Order, measure, open_screen
-from runner.measuring.take_readings import Outcome
+from runner.measuring.take_readings import Taken
 from runner.measuring.target import read_target, wiring_of
 from runner.presenter.gamma_check import REMEDY, compare_tables, tables_json
 
@@ -81,7 +81,7 @@ class Checked(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Spread(JsonResult):
+class DeltaESpread(JsonResult):
     """The mean, 95th percentile and largest of differences in ΔE00."""
 
     mean: float
@@ -90,20 +90,20 @@ class Spread(JsonResult):
     json_keys: ClassVar = {"largest": "max"}
 
     @classmethod
-    def of(cls, differences: Floats) -> Spread:
+    def of(cls, differences: Floats) -> DeltaESpread:
         """Return the spread of ``differences``, shape (n,), n at least 1."""
         return cls(float(differences.mean()), float(np.percentile(differences, 95)), float(differences.max()))
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict(JsonResult):
+class Verified(JsonResult):
     """The differences of the colours that were read, ``achieved`` and as the model alone has them; the ``missing`` were
     not read.
     """
 
     colours: tuple[Checked, ...]
-    achieved: Spread
-    predicted: Spread
+    achieved: DeltaESpread
+    predicted: DeltaESpread
     missing: tuple[str, ...] = ()
     json_keys: ClassVar = {"achieved": "delta_e_00", "predicted": "model_alone_delta_e_00"}
     json_names: ClassVar = "achieved predicted missing colours"
@@ -117,8 +117,8 @@ class VerificationReport(JsonResult):
     """
 
     file: Path
-    outcome: Outcome
-    verdict: Verdict | None
+    outcome: Taken
+    verdict: Verified | None
     limit: float | None = None
     json_keys: ClassVar = {"file": "measurement", "verdict": "*"}
     json_names: ClassVar = "file limit passed verdict"
@@ -260,7 +260,7 @@ def judge(
     display: SimulatedDisplay,
     eye: PatchEye,
     observer: str = DEFAULT_OBSERVER,
-) -> Verdict:
+) -> Verified:
     """Return how far the readings of ``session`` lie from what was ``asked`` of ``eye``.
 
     A gain map that makes the whole panel as dim as its dimmest place makes what was asked dimmer too, above the room's
@@ -294,7 +294,7 @@ def judge(
         for row, (colour, _) in enumerate(pairs)
     )
     missing = tuple(colour.name for colour in asked if colour.name not in kept)
-    return Verdict(colours, Spread.of(achieved), Spread.of(predicted), missing)
+    return Verified(colours, DeltaESpread.of(achieved), DeltaESpread.of(predicted), missing)
 
 
 def _read_for(kept: Kept, observer: str) -> Floats:

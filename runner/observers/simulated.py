@@ -18,7 +18,7 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import EyeModels
 from documents import Finding
 from documents.arrays import Floats
-from runner.blocks.block import Block, Draft, Ended
+from runner.blocks.block import Block, Draft, SessionEnd
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
 from runner.ports import Ask, Browse, Choose, ChooseBatch, Compare, Hold, KeyPress, NoOthers, Rate, Response, Write
@@ -289,7 +289,7 @@ def walk(block: Block) -> Iterator[Ask | Hold | Draft]:
     while True:
         try:
             step = steps.send(response)
-        except (StopIteration, Ended):
+        except (StopIteration, SessionEnd):
             return
         if isinstance(step, ChooseBatch):
             response = NoOthers().batch(0, 0, step)

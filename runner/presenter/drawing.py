@@ -49,7 +49,7 @@ class DrawPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class SceneDrawing:
     """Draws with ``painter`` and ``words`` on ``surface``; on black where there is no background of ``inks``."""
 
     surface: Surface

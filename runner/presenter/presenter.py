@@ -12,7 +12,7 @@ from devices.display import Eye, EyeModels
 from documents import Finding
 from runner.presenter.counters import Counters, SwapLog, Work, missed_frames
 from runner.presenter.dithering import Dithering
-from runner.presenter.drawing import Drawing, DrawPlan, Painter
+from runner.presenter.drawing import DrawPlan, Painter, SceneDrawing
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.ground import Ground, Inks
 from runner.presenter.modes.mode import EyeArea, Mode
@@ -124,7 +124,7 @@ class Presenter:
             inks = Inks(ground, mode.compensation(models, surface.size_px, leaks or Correction()))
         self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits, weave, inks)
         self._painter = Painter(surface.context, surface.calls)
-        self._drawing = Drawing(surface, self._painter, self._words, inks)
+        self._drawing = SceneDrawing(surface, self._painter, self._words, inks)
         self._swaps = SwapLog()
         self._scene: Scene | None = None
         self._upcoming: tuple[PictureKey, ...] = ()

@@ -44,7 +44,7 @@ class Demo(JsonResult):
     page: Path
     thesis: Scores
     published: dict[str, tuple[float, str]]
-    agreement: Agreement | None
+    agreement: ThesisAgreement | None
     expects_published_classes: bool
     work: Counters
     observers: int
@@ -132,7 +132,7 @@ def run_demo(
 
 
 @dataclass(frozen=True, slots=True)
-class Agreement:
+class ThesisAgreement:
     """``correlation`` is Pearson's between log scores; ``pairs_alike`` of ``pairs`` share a class, or not, in both."""
 
     correlation: float
@@ -144,7 +144,7 @@ def _share(label: str, second: str) -> bool:
     return bool(set(label.split("+")) & set(second.split("+")))
 
 
-def agreement(scores: Scores, published: Published) -> Agreement | None:
+def agreement(scores: Scores, published: Published) -> ThesisAgreement | None:
     """Compare ``scores`` with ``published`` (score, class) per item; None if there is no fit or an item is missing."""
     items = scores.items
     if len(items) < 3 or any(item.log10_score is None or item.name not in published for item in items):
@@ -155,7 +155,7 @@ def agreement(scores: Scores, published: Published) -> Agreement | None:
         _share(a.label or "", b.label or "") == _share(published[a.name][1], published[b.name][1])
         for a, b in combinations(items, 2)
     )
-    return Agreement(float(np.corrcoef(ours, theirs)[0, 1]), alike, len(items) * (len(items) - 1) // 2)
+    return ThesisAgreement(float(np.corrcoef(ours, theirs)[0, 1]), alike, len(items) * (len(items) - 1) // 2)
 
 
 def expected_classes(published: Published, observers: int, alpha: float, adjust: Adjust) -> dict[str, str]:

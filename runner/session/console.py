@@ -132,7 +132,7 @@ def _marked(place: tuple[int, int] | None) -> str:
 
 
 @dataclass(slots=True)
-class Shown:
+class ConsoleStatus:
     """Shows where the session stands after each answer: on the experimenter's line if ``has_console``, or by a bar."""
 
     observer: str
@@ -142,7 +142,7 @@ class Shown:
     console: Console | None = None
     _terminal: ExitStack = field(default_factory=ExitStack)
 
-    def __enter__(self) -> Shown:
+    def __enter__(self) -> ConsoleStatus:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -21,13 +21,13 @@ from typing import Any, TypeVar
 from analysis.kinds import Trial, new_trial
 from analysis.records import Mark, Note, PooledBatch, SessionLog, WindowEvent
 from documents import Finding
-from runner.blocks.block import Block, Draft
-from runner.blocks.block import Ended as BlocksEnded
+from runner.blocks.block import Block, Draft, SessionEnd
 from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import typed
 from runner.errors import SessionError, SessionStoppedError
 from runner.ports import (
     MOST_IGNORED,
+    AnyPresenter,
     Ask,
     ChooseBatch,
     Hold,
@@ -38,7 +38,6 @@ from runner.ports import (
     Observer,
     ObserverLeft,
     Pool,
-    Presenter,
     Response,
     WindowClosed,
 )
@@ -134,7 +133,7 @@ class Session:
     """
 
     blocks: Sequence[Block]
-    presenter: Presenter
+    presenter: AnyPresenter
     observer: Observer
     log: Listener
     before: Resumed = Resumed()
@@ -208,7 +207,7 @@ class Session:
             for number, block in enumerate(self.blocks):
                 self._run_block(number, block)
                 self._repeat_marked(number)
-        except BlocksEnded as end:
+        except SessionEnd as end:
             ended = end.facts
         if self._state.past:
             what = f"the log has {len(self._state.past)} more trials than the experiment"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from runner.ports import Ask, Target
+from runner.ports import Ask, Button
 from runner.presenter.lettering import text_area
 from runner.scene import Scene
 from runner.views.style import Style
@@ -28,5 +28,5 @@ def page(words: str, style: Style, hint: str = "press_space") -> Ask:
     return Ask(
         Scene((replace(text, offset_px=(0, -up)), replace(told, offset_px=place))),
         CONTINUE_KEYS,
-        targets={"continue": Target(place, (style.px(400), style.px(50)))},
+        targets={"continue": Button(place, (style.px(400), style.px(50)))},
     )

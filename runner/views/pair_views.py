@@ -9,7 +9,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Literal
 
-from runner.ports import Ask, Hold, Response, Target, answer
+from runner.ports import Ask, Button, Hold, Response, answer
 from runner.scene import Item, Offset, Picture, Scene, Text
 from runner.views.layout import PairLayout, SingleLayout
 from runner.views.pages import CONTINUE_KEYS, page
@@ -40,10 +40,10 @@ def tie_words(ties: Ties, middle_px: Offset, style: Style) -> tuple[Text, ...]:
     )
 
 
-def tie_targets(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Target]:
+def tie_targets(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Button]:
     """Return where the answers can be clicked."""
     size = style.px(_WIDTH), style.px(_HEIGHT)
-    return {meaning: Target(place, size) for meaning, place in _tie_places(ties, middle_px, style).items()}
+    return {meaning: Button(place, size) for meaning, place in _tie_places(ties, middle_px, style).items()}
 
 
 def _tie_places(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Offset]:
@@ -80,12 +80,12 @@ class SimultaneousView:
         return {**arrows, **{_PADS[key]: meaning for key, meaning in arrows.items()}, **tie_keys(self.ties)}
 
     @property
-    def targets(self) -> dict[str, Target]:
+    def targets(self) -> dict[str, Button]:
         """The pictures themselves, and the words of the other answers."""
         layout = self.layout
         pictures = {
-            "first": Target(layout.first_px, layout.aperture_px),
-            "second": Target(layout.second_px, layout.aperture_px),
+            "first": Button(layout.first_px, layout.aperture_px),
+            "second": Button(layout.second_px, layout.aperture_px),
         }
         return {**pictures, **tie_targets(self.ties, self._answers_px, self.style)}
 
@@ -144,11 +144,11 @@ class SequenceView:
         return {**dict.fromkeys(first, "first"), **dict.fromkeys(second, "second"), **tie_keys(self.ties)}
 
     @property
-    def targets(self) -> dict[str, Target]:
+    def targets(self) -> dict[str, Button]:
         """The intervals' numbers, and the words of the other answers."""
         size = self.style.px(120), self.style.px(100)
         numbers = {
-            meaning: Target(place, size) for meaning, place in zip(("first", "second"), self._numbers_px, strict=True)
+            meaning: Button(place, size) for meaning, place in zip(("first", "second"), self._numbers_px, strict=True)
         }
         return {**numbers, **tie_targets(self.ties, self._answers_px, self.style)}
 
@@ -255,7 +255,7 @@ def _intervals(
         hint = view.style.say("press_space")
         scene = view.interval(number, stimulus, hint=hint)
         upcoming = view.interval(1, second, hint=hint) if number == 0 else None
-        picture = Target(view.layout.picture_px, view.layout.aperture_px)
+        picture = Button(view.layout.picture_px, view.layout.aperture_px)
         response = answer((yield Ask(scene, CONTINUE_KEYS, upcoming, targets={"continue": picture})))
         dwell_s.append(response.time_s)
     return dwell_s

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from runner.ports import Target
+from runner.ports import Button
 from runner.scene import Box, Offset, Scene, Text
 from runner.views.interface import ENGLISH, Interface
 
@@ -76,9 +76,9 @@ class Style:
         """Return a filled rectangle about a place, at least a pixel wide and high."""
         return Box(self.place(x, y), (max(1, self.px(width)), max(1, self.px(height))), share)
 
-    def target(self, x: float, y: float, width: float, height: float) -> Target:
+    def target(self, x: float, y: float, width: float, height: float) -> Button:
         """Return a rectangle to click about a place."""
-        return Target(self.place(x, y), (self.px(width), self.px(height)))
+        return Button(self.place(x, y), (self.px(width), self.px(height)))
 
     def with_progress(self, scene: Scene, done: int, trials: int) -> Scene:
         """Return ``scene`` with how many of the session's ``trials`` are done, at the lower edge, if that is wanted."""

@@ -5,7 +5,7 @@ from .by_region import compare_regions as compare_regions
 from .compare import compare_pictures as compare_pictures
 from .options import CompareOptions as CompareOptions
 from .options import ReadOptions as ReadOptions
-from .regions import Region as Region
+from .regions import PairedArea as PairedArea
 from .regions import place_regions as place_regions
 from .regions_file import RegionsSpec as RegionsSpec
 from .regions_file import read_regions as read_regions

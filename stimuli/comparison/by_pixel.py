@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from documents.arrays import Floats32
 from documents.text import JsonResult
 from stimuli.comparison.areas import inside, window
-from stimuli.comparison.regions import Region
+from stimuli.comparison.regions import PairedArea
 from stimuli.errors import StimulusError
 from stimuli.measures import reduced
 from stimuli.pictures.rows import Mask, bands
@@ -117,7 +117,7 @@ def histogram(
     return counts, np.linspace(0.0, HIGHEST, BINS + 1)
 
 
-def seen_regions(delta_e: Floats32, regions: Sequence[Region]) -> dict[str, float]:
+def seen_regions(delta_e: Floats32, regions: Sequence[PairedArea]) -> dict[str, float]:
     """Return the mean ΔE00 over each region's pixels, by name, of a map (height, width) on the photograph's grid.
 
     Regions without a pixel are left out.

@@ -24,7 +24,7 @@ from stimuli.comparison.depth import DepthComparison
 from stimuli.comparison.luminance import luminance_factor
 from stimuli.comparison.options import CompareOptions
 from stimuli.comparison.pictures import read_picture
-from stimuli.comparison.regions import Region
+from stimuli.comparison.regions import PairedArea
 from stimuli.comparison.regions_file import RegionsFile, read_regions
 from stimuli.comparison.registering import EyePair, Progress, register_eyes
 from stimuli.comparison.results import Comparison, EyeComparison
@@ -318,7 +318,7 @@ def _judge_eye(
     )
 
 
-def _compared(regions: Sequence[Region], within: Mask, *flags: Mask | None) -> Mask:
+def _compared(regions: Sequence[PairedArea], within: Mask, *flags: Mask | None) -> Mask:
     """Return the pixels that lie in a region, within the rendering, and are not saturated."""
     compared = np.zeros(within.shape, dtype=np.bool_)
     for region in regions:

@@ -24,8 +24,8 @@ from stimuli.comparison.binocular import Binocular, measure_binocular
 from stimuli.comparison.binocular_reasons import BinocularEvidence, binocular_reasons
 from stimuli.comparison.displacements import move
 from stimuli.comparison.eye_identity import EyeIdentity, identify_eyes
-from stimuli.comparison.pictures import EyeView, Picture
-from stimuli.comparison.regions import Region
+from stimuli.comparison.pictures import EyeXYZ, PictureFile
+from stimuli.comparison.regions import PairedArea
 from stimuli.comparison.verdict import Limits
 from stimuli.pictures.rows import Mask, RowFile, block_means
 
@@ -79,7 +79,7 @@ class DepthComparison:
         }
 
 
-def which_eyes(photo: Picture, rendering: Picture) -> EyeIdentity | None:
+def which_eyes(photo: PictureFile, rendering: PictureFile) -> EyeIdentity | None:
     """Return which of the photograph's views the rendering's eyes show; None for pictures of unlike size."""
     width, height = photo.size_px
     if photo.size_px != rendering.size_px:
@@ -93,9 +93,9 @@ def which_eyes(photo: Picture, rendering: Picture) -> EyeIdentity | None:
     return replace(found, shift_px=(found.shift_px[0] * bin_px, found.shift_px[1] * bin_px))
 
 
-def exchanged(picture: Picture) -> Picture:
+def exchanged(picture: PictureFile) -> PictureFile:
     """Return a picture for two eyes with its views exchanged, and a note that they were."""
-    views: Mapping[AnyEye, EyeView] = {"left": picture.views["right"], "right": picture.views["left"]}
+    views: Mapping[AnyEye, EyeXYZ] = {"left": picture.views["right"], "right": picture.views["left"]}
     note = "its eyes are exchanged, and were changed back for all that follows"
     return replace(picture, views=views, notes=(*picture.notes, note))
 
@@ -111,11 +111,11 @@ def common_movement(alignments: Sequence[Alignment], identity: EyeIdentity | Non
 
 
 def compare_depth(
-    photo: Picture,
-    rendering: Picture,
+    photo: PictureFile,
+    rendering: PictureFile,
     matrix: Floats,
     identity: EyeIdentity | None,
-    regions: Sequence[Region],
+    regions: Sequence[PairedArea],
     limits: Limits,
 ) -> DepthComparison:
     """Return depth of both pairs within the regions, the rendering brought to the photograph's grid by ``matrix``."""
@@ -177,7 +177,7 @@ def _luminance(picture: RowFile, rows: slice, columns: slice) -> Floats32:
     return np.ascontiguousarray(picture[rows][:, columns, 1])
 
 
-def _warped(rendering: Picture, matrix: Floats, rows: slice, columns: slice) -> tuple[list[Floats32], Mask]:
+def _warped(rendering: PictureFile, matrix: Floats, rows: slice, columns: slice) -> tuple[list[Floats32], Mask]:
     """Return the luminance of both eyes in a window of the photograph, and where it lies within the rendering."""
     width, height = columns.stop - columns.start, rows.stop - rows.start
     places = np.stack(np.meshgrid(np.arange(columns.start, columns.stop), np.arange(rows.start, rows.stop)), axis=-1)

@@ -31,7 +31,7 @@ _MOST_MISTAKEN = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class EyeView:
+class EyeXYZ:
     """The view of one eye: XYZ in cd/m², and where the sensor was full, bool (height, width); None without a sensor."""
 
     xyz: RowFile
@@ -39,7 +39,7 @@ class EyeView:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Picture:
+class PictureFile:
     """A file's views: ``both``, or ``left`` and ``right``.
 
     ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``notes`` are sentences on the
@@ -50,7 +50,7 @@ class Picture:
     file: Path
     sha256: str
     holds: Holds
-    views: Mapping[AnyEye, EyeView]
+    views: Mapping[AnyEye, EyeXYZ]
     safe_cd_m2: tuple[float, float] | None
     notes: tuple[str, ...]
     steps: tuple[Mapping[str, Any], ...]
@@ -80,7 +80,7 @@ class Picture:
         }
 
 
-def read_picture(path: Path, reading: ReadOptions, given: Holds | None, what: str, done: RowsDone) -> Picture:
+def read_picture(path: Path, reading: ReadOptions, given: Holds | None, what: str, done: RowsDone) -> PictureFile:
     """Return the picture at ``path``; ``given`` is the kind of its values if the file does not declare it.
 
     ``what`` is the picture's name in messages.
@@ -127,7 +127,7 @@ def what_it_holds(path: Path) -> Holds:
         return "camera-rgb" if spec.getattribute("chromaticities") is None else "xyz"
 
 
-def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
+def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> PictureFile:
     """Read a PNG, JPEG or the like as the light of the display that its codes are for."""
     from documents.files import sha256_of_file
     from stimuli.pictures.ordinary import read_ordinary
@@ -138,7 +138,7 @@ def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
     shown: dict[AnyEye, XYZImage] = (
         {"both": image.left} if image.is_flat else {"left": image.left, "right": image.right}
     )
-    views: dict[AnyEye, EyeView] = {eye: EyeView(RowFile.of(xyz), None) for eye, xyz in shown.items()}
+    views: dict[AnyEye, EyeXYZ] = {eye: EyeXYZ(RowFile.of(xyz), None) for eye, xyz in shown.items()}
     note = f"{read.bits} bits of {read.colour_space}, white at {read.white_luminance_cd_m2:g} cd/m²"
     step = {
         "step": "read",
@@ -147,10 +147,10 @@ def _ordinary(path: Path, decoding: Decoding, done: RowsDone) -> Picture:
         "white_luminance_cd_m2": read.white_luminance_cd_m2,
         "packing": read.packing,
     }
-    return Picture(path, sha256_of_file(path), "xyz", views, None, (note,), (step,))
+    return PictureFile(path, sha256_of_file(path), "xyz", views, None, (note,), (step,))
 
 
-def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Picture:
+def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> PictureFile:
     """Read a picture of light a band of rows at a time; negative XYZ is set to 0 and counted."""
     from stimuli.pictures.exr_read import Decoding, read_exr_counted
     from stimuli.pictures.region import Region
@@ -180,8 +180,8 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     clipped, observer = sum(pixels for pixels, _ in parts), parts[-1][1]
     notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
     step = {"step": "read", "file": path.name, "colour_space": space, "negative_pixels_set_to_0": clipped}
-    eye_views: dict[AnyEye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}
-    return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,), observer)
+    eye_views: dict[AnyEye, EyeXYZ] = {eye: EyeXYZ(rows, None) for eye, rows in views.items()}
+    return PictureFile(path, digest, given or "xyz", eye_views, None, notes, (step,), observer)
 
 
 def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
@@ -227,7 +227,7 @@ def _refuse_bytes(path: Path, what: str) -> None:
         )
 
 
-def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
+def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> PictureFile:
     """Read a TIFF of floats whose numbers are XYZ in cd/m², or linear Rec. 709 of white 1 cd/m²."""
     from devices.colour import rgb_to_xyz_matrix
     from stimuli.develop.linear_files import read_linear
@@ -246,10 +246,10 @@ def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
         rows.write(band.start, np.maximum(xyz, np.float32(0)))
         done(band.stop, height)
     notes = (f"{below} pixels with negative XYZ were set to 0",) if below else ()
-    return Picture(path, digest, holds, {"both": EyeView(rows, None)}, None, notes, image.steps)
+    return PictureFile(path, digest, holds, {"both": EyeXYZ(rows, None)}, None, notes, image.steps)
 
 
-def _camera_rgb(path: Path, digest: str, reading: ReadOptions, what: str, done: RowsDone) -> Picture:
+def _camera_rgb(path: Path, digest: str, reading: ReadOptions, what: str, done: RowsDone) -> PictureFile:
     from stimuli.develop.read import read_camera_image
 
     if reading.camera is None:
@@ -262,7 +262,7 @@ def _camera_rgb(path: Path, digest: str, reading: ReadOptions, what: str, done: 
     return _developed(path, digest, "camera-rgb", image, reading.camera, what, done)
 
 
-def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: RowsDone) -> Picture:
+def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: RowsDone) -> PictureFile:
     from stimuli.spectral.bands import read_spectral
     from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
 
@@ -273,9 +273,9 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
         notes = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
         rows = RowFile.of(seen.xyz)
         done(rows.shape[0], rows.shape[0])
-        views: dict[AnyEye, EyeView] = {"both": EyeView(rows, None)}
+        views: dict[AnyEye, EyeXYZ] = {"both": EyeXYZ(rows, None)}
         name = str(seen.steps[-1]["observer"])
-        return Picture(path, digest, "spectral", views, None, picture.notes + notes, seen.steps, name)
+        return PictureFile(path, digest, "spectral", views, None, picture.notes + notes, seen.steps, name)
     if reading.camera is None:
         raise _wrong(
             path,
@@ -285,7 +285,7 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
     exposure = reading.exposure or reading.camera.exposure
     image = spectral_to_camera(picture, sensor.sensitivities, sensor.full_scale_cd_m2, reading.light, exposure=exposure)
     developed = _developed(path, digest, "spectral", image, reading.camera, what, done)
-    return Picture(
+    return PictureFile(
         path,
         digest,
         "spectral",
@@ -299,7 +299,7 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
 
 def _developed(
     path: Path, digest: str, holds: Holds, image: Any, camera: CameraModel, what: str, done: RowsDone
-) -> Picture:
+) -> PictureFile:
     from stimuli.develop.camera_to_xyz import XYZRows
 
     height, width, _ = image.rgb.shape
@@ -325,9 +325,9 @@ def _developed(
         notes.append("most pixels lie outside the camera's gamut: is it this camera's file?")
     if image.exposure is not None and not camera.tried_at(image.exposure):
         notes.append(f"the camera file was not tested at this exposure, {image.exposure}")
-    views: dict[AnyEye, EyeView] = {"both": EyeView(kept, developed.saturated)}
+    views: dict[AnyEye, EyeXYZ] = {"both": EyeXYZ(kept, developed.saturated)}
     steps, exposure = developed.steps, image.exposure
-    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), steps, camera.observer, exposure)
+    return PictureFile(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), steps, camera.observer, exposure)
 
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:

@@ -20,7 +20,7 @@ _SIDES = (("", "photograph"), ("rendering_", "rendering"))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Region:
+class PairedArea:
     """An area of both pictures: ``photo_px`` and ``rendering_px`` are its outlines, (n, 2) and (m, 2), x and y.
 
     ``entry`` is the entry of the regions file that it comes from, ``number`` its place there (a patch's number, 1 to
@@ -38,7 +38,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chart:
-    """A ColorChecker between its four outer corners, (4, 2) in pixels, in both pictures; patches as in `Region`."""
+    """A ColorChecker between its four outer corners, (4, 2) in pixels, in both pictures; patches as in `PairedArea`."""
 
     entry: str
     photo_px: Floats
@@ -51,7 +51,7 @@ class Chart:
 class PlacedRegions:
     """Regions at their places in two pictures of known size; ``charts`` are those whose colours are known."""
 
-    regions: tuple[Region, ...]
+    regions: tuple[PairedArea, ...]
     charts: tuple[Chart, ...] = ()
 
 
@@ -88,7 +88,7 @@ def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = 
     """
     placer = _Placer(regions, photo, rendering)
     placed = [area for number, spec in enumerate(regions.spec.regions) for area in placer.areas(number, spec)]
-    first: dict[str, Region] = {}
+    first: dict[str, PairedArea] = {}
     for region in placed:
         if first.setdefault(region.name, region) is not region:
             placer.fault(placer.number_of(region.entry), "name", f"there are two regions '{region.name}'", "rename one")
@@ -102,7 +102,7 @@ def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = 
 
 
 def corner_pairs(regions: RegionsFile, photo: Shape, rendering: Shape) -> tuple[Floats, Floats] | None:
-    """Return the places (n, 2) that a file gives in both pictures, in pixels as `Region` has them; None without any.
+    """Return the places (n, 2) that a file gives in both pictures, in pixels as of a `PairedArea`; None without any.
 
     The homography through them brings one picture onto the other.
     """
@@ -136,7 +136,7 @@ class _Placer:
     def fault(self, number: int, key: str, message: str, remedy: str | None = None) -> None:
         self.findings.append(self.regions.source.finding(("regions", number, key), message, remedy))
 
-    def areas(self, number: int, spec: RegionSpec) -> Iterator[Region]:
+    def areas(self, number: int, spec: RegionSpec) -> Iterator[PairedArea]:
         """Yield the areas of an entry, none if there is a fault in its outline."""
         self._numbers[spec.name] = number
         photo = self._outline(number, spec, 0)
@@ -149,7 +149,7 @@ class _Placer:
         areas = zip(spec.area_names, spec.areas(photo), spec.areas(rendering), strict=True)
         for place, (name, here, there) in enumerate(areas, 1):
             sparkle = getattr(spec, "sparkle", False)
-            yield Region(name, spec.area_kind, here, there, spec.name, place if numbered else None, sparkle)
+            yield PairedArea(name, spec.area_kind, here, there, spec.name, place if numbered else None, sparkle)
 
     def _outline(self, number: int, spec: RegionSpec, side: int) -> Floats | None:
         """Return the outline of an entry in one picture, in pixels; None, and a finding, if it is no outline."""

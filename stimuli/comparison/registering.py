@@ -38,7 +38,7 @@ from stimuli.comparison.displacements import (
 )
 from stimuli.comparison.eye_identity import EyeIdentity
 from stimuli.comparison.options import CompareOptions, RegistrationMode
-from stimuli.comparison.pictures import EyeView, Picture
+from stimuli.comparison.pictures import EyeXYZ, PictureFile
 from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError
@@ -58,8 +58,8 @@ _ROUNDS = 5
 class EyePair:
     """Both views of one eye on the photograph's grid; ``within`` and the flags are bool (height, width)."""
 
-    photo: EyeView
-    rendering: EyeView
+    photo: EyeXYZ
+    rendering: EyeXYZ
     moved: RowFile
     within: Mask
     saturated: Mask | None
@@ -70,8 +70,8 @@ class EyePair:
 
 
 def register_eye(
-    photo: EyeView,
-    rendering: EyeView,
+    photo: EyeXYZ,
+    rendering: EyeXYZ,
     file: str,
     safe_cd_m2: tuple[float, float] | None,
     regions: RegionsFile,
@@ -124,7 +124,7 @@ def _refuse_outside(placed: PlacedRegions, within: Mask, file: str) -> None:
         raise StimulusError(findings)
 
 
-def _aligned(photo: EyeView, rendering: EyeView, file: str, regions: RegionsFile, options: CompareOptions) -> Alignment:
+def _aligned(photo: EyeXYZ, rendering: EyeXYZ, file: str, regions: RegionsFile, options: CompareOptions) -> Alignment:
     """Return where the rendering, read from ``file``, lies.
 
     Raises
@@ -142,7 +142,7 @@ def _aligned(photo: EyeView, rendering: EyeView, file: str, regions: RegionsFile
 
 
 def _corners(
-    photo: EyeView, rendering: EyeView, regions: RegionsFile, options: CompareOptions
+    photo: EyeXYZ, rendering: EyeXYZ, regions: RegionsFile, options: CompareOptions
 ) -> tuple[Floats, Floats] | None:
     """Return four places or more of both pictures, counted from the middle of a pixel; None where none are needed."""
     sides = options.photo_corners_px, options.rendering_corners_px
@@ -185,12 +185,12 @@ def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile,
         )
 
 
-def _refuse_turned_charts(photo: EyeView, rendering: EyeView, regions: RegionsFile) -> None:
+def _refuse_turned_charts(photo: EyeXYZ, rendering: EyeXYZ, regions: RegionsFile) -> None:
     """Refuse two pictures of one size that do not fit because a chart lies another way round."""
     if photo.xyz.shape != rendering.xyz.shape:
         return
     charts = place_regions(regions, photo.xyz.shape).charts
-    sides: tuple[tuple[EyeView, Side], ...] = ((photo, "photograph"), (rendering, "rendering"))
+    sides: tuple[tuple[EyeXYZ, Side], ...] = ((photo, "photograph"), (rendering, "rendering"))
     for view, side in sides:
         try:
             check_charts(view.xyz, charts, side, view.saturated, regions.file)
@@ -305,8 +305,8 @@ def _reach(matrix: Floats, shape: tuple[int, ...]) -> float:
 
 
 def register_eyes(
-    photo: Picture, rendering: Picture, regions: RegionsFile, options: CompareOptions, step: Progress
-) -> tuple[Picture, dict[AnyEye, EyePair], DepthComparison | None]:
+    photo: PictureFile, rendering: PictureFile, regions: RegionsFile, options: CompareOptions, step: Progress
+) -> tuple[PictureFile, dict[AnyEye, EyePair], DepthComparison | None]:
     """Return the rendering, each eye's views on one grid, and the depth of both; none of a single picture.
 
     The rendering's eyes are changed back if they are exchanged.
@@ -340,14 +340,14 @@ def register_eyes(
 
 
 def _identified(
-    photo: Picture,
-    rendering: Picture,
+    photo: PictureFile,
+    rendering: PictureFile,
     pairs: dict[AnyEye, EyePair],
     refused: dict[AnyEye, StimulusError],
     regions: RegionsFile,
     options: CompareOptions,
     step: Progress,
-) -> tuple[Picture, dict[AnyEye, EyePair], dict[AnyEye, StimulusError], EyeIdentity | None]:
+) -> tuple[PictureFile, dict[AnyEye, EyePair], dict[AnyEye, StimulusError], EyeIdentity | None]:
     """Return the rendering with its eyes as they should be, and which they were, by the views as they were brought."""
     if refused and len(refused) < len(photo.views):
         return rendering, pairs, refused, None
@@ -364,14 +364,14 @@ def _identified(
     return changed, others, {}, identity
 
 
-def _brought(rendering: Picture, pairs: Mapping[AnyEye, EyePair]) -> Picture:
+def _brought(rendering: PictureFile, pairs: Mapping[AnyEye, EyePair]) -> PictureFile:
     """Return the rendering as it was brought to the photograph's grid."""
-    return replace(rendering, views={eye: EyeView(pair.moved, None) for eye, pair in pairs.items()})
+    return replace(rendering, views={eye: EyeXYZ(pair.moved, None) for eye, pair in pairs.items()})
 
 
 def _registered(
-    photo: Picture,
-    rendering: Picture,
+    photo: PictureFile,
+    rendering: PictureFile,
     regions: RegionsFile,
     options: CompareOptions,
     step: Progress,

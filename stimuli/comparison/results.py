@@ -13,7 +13,7 @@ from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.camera_rgb import CameraRGBTable
 from stimuli.comparison.depth import DepthComparison
 from stimuli.comparison.options import CompareOptions
-from stimuli.comparison.pictures import Picture
+from stimuli.comparison.pictures import PictureFile
 from stimuli.comparison.regions import PlacedRegions
 from stimuli.comparison.sparkles import SparkleArea
 from stimuli.comparison.table import RegionTable
@@ -57,8 +57,8 @@ class Comparison(JsonResult):
     for beside the verdict.
     """
 
-    photo: Picture
-    rendering: Picture
+    photo: PictureFile
+    rendering: PictureFile
     eyes: Mapping[AnyEye, EyeComparison]
     disparity: DepthComparison | None
     verdict: Verdict

@@ -20,11 +20,11 @@ from documents.text import JsonResult, significant, with_error
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.eye_identity import local_contrast
-from stimuli.comparison.regions import Region
+from stimuli.comparison.regions import PairedArea
 from stimuli.comparison.sharpness import blurred
 from stimuli.comparison.verdict import Limits, Outcome, Reason
 from stimuli.pictures.rows import Mask, RowFile, bands
-from stimuli.sparkle.measures.find import Peaks, Threshold
+from stimuli.sparkle.measures.find import Cutoff, Peaks
 from stimuli.sparkle.measures.measure import SparkleMeasures, Uncertain, measure_sparkles, mutual_nearest
 
 # Less is no turn and no growth.
@@ -124,7 +124,7 @@ class SparkleArea(JsonResult):
 
 
 def sparkle_area(
-    region: Region,
+    region: PairedArea,
     photo: RowFile,
     rendering: RowFile,
     brought: RowFile,
@@ -154,7 +154,7 @@ def sparkle_area(
     rendering_plane = _filled(
         source, slice(rows.start + down, rows.stop + down), slice(columns.start + across, columns.stop + across), mask
     )
-    threshold = Threshold()
+    threshold = Cutoff()
     measured = in_threads(lambda plane: measure_sparkles(plane, threshold), (photo_plane, rendering_plane))
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
     left = (alignment.shift_px[0] - across, alignment.shift_px[1] - down) if alignment.moved and shifted else (0.0, 0.0)

@@ -19,7 +19,7 @@ from documents.text import JsonResult, significant
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, luminance_factor
 from stimuli.comparison.options import LuminanceMode
-from stimuli.comparison.regions import Region
+from stimuli.comparison.regions import PairedArea
 from stimuli.comparison.regions_file import AreaKind
 
 Triple = tuple[float, float, float]
@@ -106,7 +106,7 @@ class RegionTable(JsonResult):
 
 
 def region_table(
-    regions: Sequence[Region],
+    regions: Sequence[PairedArea],
     photo: Sequence[AreaMean],
     rendering: Sequence[AreaMean],
     white_XYZ: ArrayLike,
@@ -172,7 +172,7 @@ def _lab(XYZ: Floats, white: Floats) -> Floats:
 
 
 def _rows(
-    regions: Sequence[Region],
+    regions: Sequence[PairedArea],
     photo: Sequence[AreaMean],
     rendering: Sequence[AreaMean],
     reasons: Sequence[tuple[str, ...]],

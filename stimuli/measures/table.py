@@ -10,7 +10,7 @@ import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.eyes import AnyEye
-from documents.pages import Cell, Column, Shown, Table
+from documents.pages import Cell, Column, ShownAs, Table
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import EyeMeasured, Measure
@@ -97,7 +97,7 @@ class MeasureTable:
         rows: list[tuple[Cell, ...]] = []
         for row in self.rows:
             measure, values = row.measure, (*row.values.values(), row.measure.identical)
-            *numbers, same = (Shown(value, printed(value, measure)) for value in values)
+            *numbers, same = (ShownAs(value, printed(value, measure)) for value in values)
             rows.append((measure.title, *numbers, measure.better, same, measure.source))
         return Table("measures", "", columns, tuple(rows))
 

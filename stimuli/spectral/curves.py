@@ -9,7 +9,7 @@ import numpy as np
 
 from documents import Finding
 from documents.arrays import Floats
-from documents.tables import ENDINGS, Column, Form, Table
+from documents.tables import ENDINGS, Cells, Form, InColumn
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 
@@ -64,9 +64,9 @@ def read_reflectances(path: Path) -> tuple[Floats, dict[str, Floats]]:
 
 def _read(path: Path, names: tuple[str, ...] = ()) -> tuple[Floats, Floats, tuple[str, ...]]:
     """Return the rising wavelengths, the values (n, names), nowhere negative, and the names; all others without any."""
-    columns = tuple(Column(name, least=0.0, most=_MOST) for name in names)
-    others = None if names else Column("", least=0.0, most=_MOST)
-    wavelength = Column(WAVELENGTH, least=0.0, most=_MOST)
+    columns = tuple(InColumn(name, least=0.0, most=_MOST) for name in names)
+    others = None if names else InColumn("", least=0.0, most=_MOST)
+    wavelength = InColumn(WAVELENGTH, least=0.0, most=_MOST)
     table = Form((wavelength, *columns), "table", StimulusError, _MOST_BYTES, others=others).read(path, _falling)
     names = names or tuple(name for name in table.places if name != WAVELENGTH)
     if not names:
@@ -78,7 +78,7 @@ def _read(path: Path, names: tuple[str, ...] = ()) -> tuple[Floats, Floats, tupl
     return waves, np.stack([table.numbers(name) for name in names], axis=1), names
 
 
-def _falling(table: Table) -> Iterator[Finding]:
+def _falling(table: Cells) -> Iterator[Finding]:
     """Yield the first row whose wavelength is not above that before it."""
     for row in (np.flatnonzero(np.diff(table.numbers(WAVELENGTH)) <= 0) + 1)[:1].tolist():
         yield table.fault(row, None, "wavelengths do not rise", "order the rows by them")

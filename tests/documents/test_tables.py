@@ -16,7 +16,7 @@ from devices.readings import read_measurements
 from devices.readings.colour_table import read_colours
 from devices.readings.sets import read_patches
 from documents import Finding, InputError
-from documents.tables import Column, Form, csv_lines, number_in
+from documents.tables import Form, InColumn, csv_lines, number_in
 from stimuli.spectral.curves import read_reflectances
 
 Reader = Callable[[Path], Any]
@@ -117,7 +117,7 @@ def test_counts_have_one_decimal_mark(tmp_path: Path) -> None:
     assert [(finding.line, finding.column) for finding in caught.value.findings] == [(3, 5)]
 
 
-SEEN = Form((Column("X", unit="cd/m²"), Column("Y"), Column("name", text=True, needed=False)))
+SEEN = Form((InColumn("X", unit="cd/m²"), InColumn("Y"), InColumn("name", text=True, needed=False)))
 
 
 @pytest.mark.parametrize(

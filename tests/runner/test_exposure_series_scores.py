@@ -15,7 +15,7 @@ from analysis.records import SessionLog, read_session
 from analysis.report import rating_figure, score_figure
 from analysis.series import summarise_series
 from runner.observers import read_observer
-from runner.presenter.drawing import Drawing
+from runner.presenter.drawing import SceneDrawing
 from runner.protocol import read_experiment
 from runner.session import SessionOptions
 from runner.session.station import Station
@@ -60,7 +60,7 @@ def sessions(tmp_path_factory: pytest.TempPathFactory) -> list[SessionLog]:
             for observer in (f"{number:02d}" for number in range(1, OBSERVERS + 1)):
                 done = station.run(observer, station.simulated(spec, observer), simulated=True)
                 logs.append(read_session(done / "session.jsonl"))
-                patch.setattr(Drawing, "frame", lambda *_, **__: None)
+                patch.setattr(SceneDrawing, "frame", lambda *_, **__: None)
     return logs
 
 

@@ -34,7 +34,7 @@ from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviatio
 from stimuli.pictures import StereoImage, XYZImage
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import PixelScale, Threshold, plate_light, scatter_flakes
+from stimuli.sparkle import Cutoff, PixelScale, plate_light, scatter_flakes
 from stimuli.sparkle.studio import photograph
 from tests.kept import known
 
@@ -384,7 +384,7 @@ def statistics_pair() -> StereoImage:
 
 
 def test_statistics_equal_plain_calculation(statistics_pair: StereoImage, models: EyeModels) -> None:
-    told = picture_statistics(statistics_pair, models, exposure_s=1 / 15, luminance_scale=0.51, threshold=Threshold())
+    told = picture_statistics(statistics_pair, models, exposure_s=1 / 15, luminance_scale=0.51, threshold=Cutoff())
     assert (told.exposure_s, told.luminance_scale) == (1 / 15, 0.51)
     for eye, xyz, count in (("left", statistics_pair.left, 9), ("right", statistics_pair.right, 5)):
         one = told.eyes["left" if eye == "left" else "right"]
@@ -410,7 +410,7 @@ def test_a_flat_picture_is_looked_at_once(statistics_pair: StereoImage, models: 
 
 def test_the_manifest_holds_no_infinity(models: EyeModels) -> None:
     dark = np.zeros((20, 20, 3), np.float32)
-    told = picture_statistics(StereoImage.flat(dark), models, threshold=Threshold(0, 1), scale=PixelScale(10, 50))
+    told = picture_statistics(StereoImage.flat(dark), models, threshold=Cutoff(0, 1), scale=PixelScale(10, 50))
     text = json.dumps(told.to_json(), allow_nan=False)
     assert json.loads(text)["eyes"]["left"]["dynamic_range"]["stops"] == 0
     dark[3, 4] = 1
@@ -447,8 +447,8 @@ def test_mean_and_deviation_in_one_pass(shape: tuple[int, int], offset: float) -
 
 
 def test_contrasts_and_ranges_do_not_depend_on_the_factor(statistics_pair: StereoImage) -> None:
-    one = picture_statistics(statistics_pair, threshold=Threshold()).eyes["right"]
-    two = picture_statistics(scaled_picture(statistics_pair, 0.37), threshold=Threshold()).eyes["right"]
+    one = picture_statistics(statistics_pair, threshold=Cutoff()).eyes["right"]
+    two = picture_statistics(scaled_picture(statistics_pair, 0.37), threshold=Cutoff()).eyes["right"]
     assert two.rms_contrast == pytest.approx(one.rms_contrast, rel=1e-6)
     assert two.robust_range.ratio == pytest.approx(one.robust_range.ratio, rel=1e-6)
     assert known(two.sparkles).contrast.value == pytest.approx(known(one.sparkles).contrast.value, rel=1e-5)

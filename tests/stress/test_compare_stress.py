@@ -13,7 +13,7 @@ from devices.chart import COLORCHECKER, WAYS, patch_quadrangles
 from devices.colour import XYZ_from_xyY
 from devices.readings import colorchecker_xyY
 from documents import InputError
-from stimuli.comparison import Evidence, Region, compare_regions, judge, place_regions, read_regions
+from stimuli.comparison import Evidence, PairedArea, compare_regions, judge, place_regions, read_regions
 from stimuli.comparison.areas import AreaMean, crosses_itself, inside, window
 from stimuli.comparison.by_region import check_charts
 from stimuli.comparison.regions import Chart
@@ -139,7 +139,7 @@ def test_large_polygons() -> None:
 
 def test_any_colours_give_plain_numbers_or_a_reason() -> None:
     rng = np.random.default_rng(1)
-    regions = [Region(str(n), "cell", np.zeros((4, 2)), np.zeros((4, 2)), "g") for n in range(5000)]
+    regions = [PairedArea(str(n), "cell", np.zeros((4, 2)), np.zeros((4, 2)), "g") for n in range(5000)]
     sides = [
         [
             AreaMean(100, colour * size, np.ones(3), np.eye(3) * size**2 * 1e-6, float(full))

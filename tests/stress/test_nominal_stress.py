@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.budget import Encoding, OwnPixels, Step
+from devices.budget import Encoding, OwnPixels, PathStep
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import cancel_crosstalk, dither_thresholds, needed_lift
 from devices.compensation.clipping import clip_cost
@@ -433,14 +433,14 @@ def test_finer_tables_and_codes_never_cost_more_and_touch_no_other_step(models: 
     light = rng.uniform(-0.1, 1.2, (800, 3)) * 10.0 ** rng.uniform(-6.0, 0.0, (800, 1))
     asked = {eye: np.maximum(models.eye(eye).xyz_of_linear(light), 0.0) for eye in EYES}
 
-    def costs(levels: int, entries: int) -> dict[Step, float]:
+    def costs(levels: int, entries: int) -> dict[PathStep, float]:
         path = OwnPixels(models, Encoding(levels, entries, dithered), correction, gains)
         found = path.differences(asked)
         assert all(np.isfinite(eyes[eye]).all() and (eyes[eye] >= 0.0).all() for eyes in found.values() for eye in EYES)
         return {step: float(np.mean([eyes[eye].mean() for eye in EYES])) for step, eyes in found.items()}
 
     fine, coarse_codes, coarse_table = costs(1023, 2048), costs(63, 2048), costs(1023, 16)
-    assert coarse_codes[Step.CODES] >= fine[Step.CODES]
-    assert coarse_table[Step.LOOK_UP_TABLE] >= fine[Step.LOOK_UP_TABLE] - 1e-9
-    others = fine.keys() - {Step.CODES, Step.LOOK_UP_TABLE, Step.TOGETHER}
+    assert coarse_codes[PathStep.CODES] >= fine[PathStep.CODES]
+    assert coarse_table[PathStep.LOOK_UP_TABLE] >= fine[PathStep.LOOK_UP_TABLE] - 1e-9
+    others = fine.keys() - {PathStep.CODES, PathStep.LOOK_UP_TABLE, PathStep.TOGETHER}
     assert all(fine[step] == coarse_codes[step] == coarse_table[step] for step in others)

@@ -20,7 +20,7 @@ from documents.figures import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, Drawing, dra
 from stimuli.comparison import (
     HIGHEST,
     DifferenceOverview,
-    Region,
+    PairedArea,
     RegionRow,
     RegionTable,
 )
@@ -114,7 +114,7 @@ def disparity_figure(photo: ArrayLike, rendering: ArrayLike, what: str, label: s
         return drawn(figure, label)
 
 
-def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[Region]) -> tuple[tuple[str, Drawing], ...]:
+def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[PairedArea]) -> tuple[tuple[str, Drawing], ...]:
     """Return the luminance along a line across every plate and along each chart's greys, with its name."""
     profiles = []
     for name, start, end in _lines(regions)[:MOST_PROFILES]:
@@ -123,7 +123,7 @@ def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[Region]) -> tu
     return tuple(profiles)
 
 
-def _lines(regions: Sequence[Region]) -> list[tuple[str, Floats, Floats]]:
+def _lines(regions: Sequence[PairedArea]) -> list[tuple[str, Floats, Floats]]:
     """Return names and both ends, x and y from the picture's corner: of plates from side to side, of charts the greys'.
 
     Where there is neither, of the first region.

@@ -10,6 +10,7 @@ from typing import Any
 from documents.arrays import Floats
 from documents.figures import Drawing
 from documents.pages import (
+    Badge,
     Beside,
     Block,
     Cell,
@@ -17,12 +18,11 @@ from documents.pages import (
     Facts,
     Figure,
     Gallery,
-    Mark,
     Page,
+    PagePicture,
     Paragraph,
-    Picture,
     Section,
-    Shown,
+    ShownAs,
     Table,
 )
 from documents.text import fixed, with_error
@@ -51,15 +51,15 @@ from stimuli.comparison import (
 from stimuli.measures import MeasureTable
 
 _DECISIONS = {
-    "validated": Mark("Validated", "good"),
-    "not validated": Mark("Not validated", "bad"),
-    "cannot say": Mark("Undecided", "open"),
+    "validated": Badge("Validated", "good"),
+    "not validated": Badge("Not validated", "bad"),
+    "cannot say": Badge("Undecided", "open"),
 }
-_MARKS: Mapping[Outcome, Mark] = {
-    "fails": Mark("fails", "bad"),
-    "cannot say": Mark("not known", "open"),
-    "noted": Mark("noted"),
-    "passes": Mark("passes", "good"),
+_MARKS: Mapping[Outcome, Badge] = {
+    "fails": Badge("fails", "bad"),
+    "cannot say": Badge("not known", "open"),
+    "noted": Badge("noted"),
+    "passes": Badge("passes", "good"),
 }
 _REASONS = (Column("Outcome", "outcome"), Column("Reason", "reason"))
 _WAYS = {
@@ -109,7 +109,7 @@ def told(comparison: Comparison) -> Iterator[Block]:
         yield from _camera_rgb(comparison, result)
     of_pictures = [f"{one.file}: {note}" for one in (comparison.photo, comparison.rendering) for note in one.notes]
     for note in (*comparison.notes, *of_pictures, *(measures.remarks() if measures is not None else ())):
-        yield Paragraph(f"{note}.", mark=Mark("Note"))
+        yield Paragraph(f"{note}.", mark=Badge("Note"))
 
 
 def _sections(comparison: Comparison) -> Iterator[Section]:
@@ -154,8 +154,10 @@ def _pictures(comparison: Comparison, result: EyeComparison) -> list[Block]:
     )
     scaled = "" if scaled_by == 1 else f", its light times {short(scaled_by)}"
     pictures = (
-        Picture(f"Photograph: {comparison.photo.file.name}", (("", photo),)),
-        Picture(f"Rendering, on the photograph's pixels{scaled}: {comparison.rendering.file.name}", (("", rendering),)),
+        PagePicture(f"Photograph: {comparison.photo.file.name}", (("", photo),)),
+        PagePicture(
+            f"Rendering, on the photograph's pixels{scaled}: {comparison.rendering.file.name}", (("", rendering),)
+        ),
     )
     whose = "CIELAB's white" if white is None else "the display's white"
     tinted = " Light of another white looks tinted here; with --rig or --display the display's white counts."
@@ -255,7 +257,7 @@ def _regions(table: RegionTable, limit: float) -> list[Block]:
     differences = tuple(
         (
             _named(row.name, row.excluded),
-            Shown(row.delta_e, fixed(row.delta_e, 2), "bad" if row.delta_e > limit and not row.excluded else ""),
+            ShownAs(row.delta_e, fixed(row.delta_e, 2), "bad" if row.delta_e > limit and not row.excluded else ""),
             *(row.delta_e_se, row.delta_L, row.delta_C, row.delta_H, row.S_L, row.S_C, row.S_H),
         )
         for row in table.rows
@@ -325,13 +327,13 @@ def _camera_rgb(comparison: Comparison, result: EyeComparison) -> list[Block]:
         errors = row.delta_rgb_se or (None, None, None)
         for photo, rendering, delta, error in zip(row.photo_rgb, row.rendering_rgb, row.delta_rgb, errors, strict=True):
             text = fixed(100 * delta, 2, signed=True) + ("" if error is None else f" ± {fixed(100 * error, 3)}")
-            cells += [100 * photo, 100 * rendering, Shown(100 * delta, text)]
+            cells += [100 * photo, 100 * rendering, ShownAs(100 * delta, text)]
         rows.append((*cells, row.delta_r, row.delta_g))
     channels: tuple[tuple[Cell, ...], ...] = (
-        ("photograph / rendering, mean", *(Shown(ratio, fixed(ratio, 4)) for ratio in table.mean_ratio_rgb)),
+        ("photograph / rendering, mean", *(ShownAs(ratio, fixed(ratio, 4)) for ratio in table.mean_ratio_rgb)),
         (
             "root mean square of Δ",
-            *(Shown(rms, fixed(None if rms is None else 100 * rms, 3)) for rms in table.rms_delta_rgb),
+            *(ShownAs(rms, fixed(None if rms is None else 100 * rms, 3)) for rms in table.rms_delta_rgb),
         ),
     )
     scaled = "" if table.scaled_by == 1 else f"; the rendering's light times {short(table.scaled_by)}"
@@ -420,7 +422,7 @@ def _disparity(comparison: Comparison) -> tuple[Block, ...]:
     )
     rows: list[tuple[Cell, ...]] = []
     for name, report in (("photograph", eyes.photo), ("rendering", eyes.rendering)):
-        used = Shown(report.used, f"{report.used} of {report.blocks}")
+        used = ShownAs(report.used, f"{report.used} of {report.blocks}")
         across, down = (spreads["px"] if report.used else None for spreads in (report.horizontal, report.vertical))
         rows.append(
             (
@@ -521,22 +523,22 @@ def _named(name: str, excluded: object) -> str:
     return f"{name} (excluded)" if excluded else name
 
 
-def _brief(value: float | None) -> Shown:
-    return Shown(value, short(value))
+def _brief(value: float | None) -> ShownAs:
+    return ShownAs(value, short(value))
 
 
-def _measured(value: float | None, error: float | None) -> Shown:
+def _measured(value: float | None, error: float | None) -> ShownAs:
     """Return a number with its error, a dash for none."""
     if value is None or not math.isfinite(value):
-        return Shown(value, fixed(value, 0))
-    return Shown(value, with_error(value, error).replace("-", "−"))
+        return ShownAs(value, fixed(value, 0))
+    return ShownAs(value, with_error(value, error).replace("-", "−"))
 
 
-def _percent(share: float, error: float | None) -> Shown:
+def _percent(share: float, error: float | None) -> ShownAs:
     """Return a share and its error in percent, with its sign."""
     shown = _measured(100 * share, None if error is None else 100 * error)
     plus = "+" if share > 0 and shown.text[:1].isdigit() and float(shown.text.split()[0]) > 0 else ""
-    return Shown(shown.value, f"{plus}{shown.text} %")
+    return ShownAs(shown.value, f"{plus}{shown.text} %")
 
 
 def _plain(value: Any) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from devices.diagnostics import Line, Panel
+from devices.diagnostics import PlotAxes, Trace
 from documents.figures import MARKERS, SERIES_COLOURS, Drawing, drawing, drawn
 from documents.text import visible
 
@@ -30,7 +30,7 @@ _MOST_NAMES = 8
 _LONGEST_NAME = 24
 
 
-def draw_panel(panel: Panel, description: str) -> Drawing:
+def draw_panel(panel: PlotAxes, description: str) -> Drawing:
     """Return a panel as a figure."""
     with drawing(panel.title, WIDTH_IN, EQUAL_HEIGHT_IN if panel.equal else HEIGHT_IN) as (figure, axes):
         for line, look in zip(panel.lines, looks(panel.lines), strict=True):
@@ -68,7 +68,7 @@ DASHES = ("-", (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0, (3, 2, 1.5, 2, 1.5, 2))
 DASHED = (0, (5, 3))
 
 
-def looks(lines: Sequence[Line]) -> list[Look]:
+def looks(lines: Sequence[Trace]) -> list[Look]:
     """Return how each series of a panel is drawn.
 
     The first has the colour that its check asks for, a dot and a whole line. Each further named one with points has a
@@ -93,7 +93,7 @@ def looks(lines: Sequence[Line]) -> list[Look]:
     return found
 
 
-def _draw(axes: Axes, line: Line, look: Look) -> None:
+def _draw(axes: Axes, line: Trace, look: Look) -> None:
     label = _short(line.name) or "_"
     x, y = list(line.x), list(line.y)
     if line.style == "outline":

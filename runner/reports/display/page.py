@@ -14,16 +14,16 @@ from documents import WorkError
 from documents.files import writing
 from documents.options import Typed
 from documents.pages import (
+    Badge,
     Beside,
     Block,
     Cell,
     Column,
     Figure,
-    Mark,
     Page,
     Paragraph,
     Section,
-    Shown,
+    ShownAs,
     Table,
     Verbatim,
     write_page,
@@ -32,10 +32,10 @@ from documents.text import JsonResult
 from runner.reports.display.figure import draw_panel
 
 MARKS = {
-    "passed": Mark("Passed", "good"),
-    "failed": Mark("Failed", "bad"),
-    "no_limit": Mark("No limit"),
-    "open": Mark("Not judged"),
+    "passed": Badge("Passed", "good"),
+    "failed": Badge("Failed", "bad"),
+    "no_limit": Badge("No limit"),
+    "open": Badge("Not judged"),
 }
 _VERDICTS = (
     Column("Check", "check"),
@@ -156,7 +156,7 @@ def _table(name: str, header: tuple[str, ...], rows: tuple[tuple[float | str | N
 
 
 def _shown(value: float | str | None) -> Cell:
-    return typeset(value) if isinstance(value, str) else Shown(value, short(value))
+    return typeset(value) if isinstance(value, str) else ShownAs(value, short(value))
 
 
 def typeset(text: str) -> str:

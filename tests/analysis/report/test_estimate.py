@@ -33,7 +33,7 @@ from analysis.report.summary import Summary, summarise
 from analysis.scaling import CovarianceKind, fit_model, learnt_posterior
 from analysis.series.agreement import Coefficient, SeriesAgreement, fleiss_kappa, intraclass, with_jackknife
 from documents import counted_work
-from documents.pages import Facts, Figure, Paragraph, Shown, Table, csv_text, print_blocks
+from documents.pages import Facts, Figure, Paragraph, ShownAs, Table, csv_text, print_blocks
 from tests.analysis.report.conftest import scores_with, uses
 from tests.answers import altered, changed
 from tests.choice import nightly
@@ -244,7 +244,7 @@ def shown(coefficients: tuple[Coefficient, ...]) -> tuple[dict[str, tuple[str, s
     table, *words = series_agreement(SeriesAgreement(8, 5, {"similarity": coefficients}, ()))
     assert isinstance(table, Table)
     cells = {
-        str(row[1]): tuple(cell.text if isinstance(cell, Shown) else str(cell) for cell in row[2:4])
+        str(row[1]): tuple(cell.text if isinstance(cell, ShownAs) else str(cell) for cell in row[2:4])
         for row in table.rows
     }
     return cells, [block.text for block in words if isinstance(block, Paragraph)], csv_text(table)  # type: ignore[return-value]  # two cells

@@ -22,7 +22,7 @@ from analysis.report.bars import BarFigure
 from analysis.report.figures import draw_classes, draw_scores, runs
 from analysis.report.scores import WHITE_FROM, tint
 from analysis.report.summary import Summary, summarise
-from analysis.series import Estimate
+from analysis.series import Estimated
 from documents.figures import HATCHES, MARKERS, SERIES_COLOURS, class_colours
 from documents.figures.palette import CLASS_COLOURS, FURTHER_COLOURS
 from documents.pages import Column, Table, csv_text, write_csv_files
@@ -144,7 +144,7 @@ def test_further_series_differ_by_hatch_and_marker_and_further_classes_by_their_
 
 def test_bars_have_their_hatch_in_the_figure_and_in_its_legend() -> None:
     bars = tuple(f"series {number}" for number in range(8))
-    rows = tuple(tuple(Estimate(1.0 + number, 0.5, 9.0, 3, 3) for number in range(8)) for _ in range(3))
+    rows = tuple(tuple(Estimated(1.0 + number, 0.5, 9.0, 3, 3) for number in range(8)) for _ in range(3))
     svg = BarFigure("Bars", "group", "unit", ("a", "b", "c"), bars, rows).svg(7.6)
     hatched = re.findall(r"fill: url\(#(h[0-9a-f]+)\)", svg)
     # All but the first; three groups and the legend.

@@ -11,7 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.budget import Cost, Encoding, ErrorBudget, Mixed, OwnPixels, Pair, SmoothScene, Step, joined_differences
+from devices.budget import (
+    Encoding,
+    ErrorBudget,
+    Mixed,
+    OwnPixels,
+    Pair,
+    PathStep,
+    SmoothScene,
+    StepCost,
+    joined_differences,
+)
 from devices.budget.path import half_floats
 from devices.compensation import Correction, channel_split, dither_codes, dither_thresholds
 from devices.compensation.eye_costs import mixed_costs
@@ -41,44 +51,44 @@ def _scene(models: EyeModels = MODELS) -> Pair:
     return {eye: SmoothScene(models, SIZE_PX).view(eye, SIZE_PX).reshape(-1, 3) for eye in EYES}
 
 
-def _means(path: OwnPixels | Mixed, asked: Pair | None = None) -> dict[Step, float]:
+def _means(path: OwnPixels | Mixed, asked: Pair | None = None) -> dict[PathStep, float]:
     """Return the mean ΔE00 of each step, of both eyes."""
     found = path.differences(_scene() if asked is None else asked)
     return {step: float(np.mean([eyes[eye].mean() for eye in EYES])) for step, eyes in found.items()}
 
 
-def _raised(before: Mapping[Step, float], after: Mapping[Step, float]) -> set[Step]:
+def _raised(before: Mapping[PathStep, float], after: Mapping[PathStep, float]) -> set[PathStep]:
     """Return the steps that cost more than before, all together left out; none may cost less."""
-    assert all(after[step] >= before[step] - 1e-9 for step in before if step is not Step.TOGETHER)
-    return {step for step in after if step is not Step.TOGETHER and after[step] > before.get(step, 0.0) + 1e-9}
+    assert all(after[step] >= before[step] - 1e-9 for step in before if step is not PathStep.TOGETHER)
+    return {step for step in after if step is not PathStep.TOGETHER and after[step] > before.get(step, 0.0) + 1e-9}
 
 
 def test_what_is_planted_in_a_step_raises_its_own_row_alone_and_all_together() -> None:
     whole = OwnPixels(MODELS, EIGHT_BITS, Correction(LEAKS, PANEL), GAINS)
     before = _means(whole)
     planted = {
-        Step.LOOK_UP_TABLE: replace(whole, encoding=Encoding(255, 24, dithered=False)),
-        Step.CODES: replace(whole, encoding=Encoding(63, ENTRIES, dithered=False)),
-        Step.CROSSTALK: replace(whole, correction=Correction(Crosstalk(0.08 * np.eye(3), 0.08 * np.eye(3)), PANEL)),
+        PathStep.LOOK_UP_TABLE: replace(whole, encoding=Encoding(255, 24, dithered=False)),
+        PathStep.CODES: replace(whole, encoding=Encoding(63, ENTRIES, dithered=False)),
+        PathStep.CROSSTALK: replace(whole, correction=Correction(Crosstalk(0.08 * np.eye(3), 0.08 * np.eye(3)), PANEL)),
     }
     for step, path in planted.items():
         after = _means(path)
         assert _raised(before, after) == {step}
         assert after[step] > 2.0 * before[step]
-        assert after[Step.TOGETHER] > before[Step.TOGETHER]
+        assert after[PathStep.TOGETHER] > before[PathStep.TOGETHER]
     dim = OwnPixels(MODELS, EIGHT_BITS, Correction(LEAKS, PANEL), 0.5 * GAINS)
-    assert _raised(before, _means(dim)) == {Step.GAIN_MAP}
+    assert _raised(before, _means(dim)) == {PathStep.GAIN_MAP}
 
 
 def test_a_step_that_has_nothing_to_undo_is_left_out_or_costs_nothing() -> None:
     plain = _means(OwnPixels(MODELS, EIGHT_BITS))
-    assert not {Step.CROSSTALK, Step.GAIN_MAP, Step.AMBIENT_LIGHT, Step.RESAMPLING} & plain.keys()
+    assert not {PathStep.CROSSTALK, PathStep.GAIN_MAP, PathStep.AMBIENT_LIGHT, PathStep.RESAMPLING} & plain.keys()
     none, even = Crosstalk(np.zeros((3, 3)), np.zeros((3, 3))), GainMap(np.ones((1, 1)), (96, 64), "cells", "centre")
     nothing = _means(OwnPixels(MODELS, EIGHT_BITS, Correction(none, even), np.ones(96 * 64)))
-    assert nothing[Step.CROSSTALK] < 1e-9
-    assert nothing[Step.GAIN_MAP] < 1e-9
-    assert nothing[Step.GAMUT_CLIP] < 1e-9
-    assert nothing[Step.TOGETHER] == pytest.approx(plain[Step.TOGETHER], abs=1e-9)
+    assert nothing[PathStep.CROSSTALK] < 1e-9
+    assert nothing[PathStep.GAIN_MAP] < 1e-9
+    assert nothing[PathStep.GAMUT_CLIP] < 1e-9
+    assert nothing[PathStep.TOGETHER] == pytest.approx(plain[PathStep.TOGETHER], abs=1e-9)
 
 
 def test_what_lies_beyond_the_gamut_raises_the_clip_alone() -> None:
@@ -86,10 +96,10 @@ def test_what_lies_beyond_the_gamut_raises_the_clip_alone() -> None:
     asked = _scene()
     bright = {eye: np.concatenate([xyz, 1.5 * MODELS.left.white_XYZ_cd_m2[np.newaxis]]) for eye, xyz in asked.items()}
     before, after = path.differences(asked), path.differences(bright)
-    for step in (Step.LOOK_UP_TABLE, Step.CODES):
+    for step in (PathStep.LOOK_UP_TABLE, PathStep.CODES):
         np.testing.assert_allclose(after[step]["left"][:-1], before[step]["left"], atol=1e-12)
-    assert after[Step.GAMUT_CLIP]["left"][-1] > 5.0
-    assert after[Step.TOGETHER]["left"][-1] > 5.0
+    assert after[PathStep.GAMUT_CLIP]["left"][-1] > 5.0
+    assert after[PathStep.TOGETHER]["left"][-1] > 5.0
 
 
 def test_the_rooms_light_costs_what_is_darker_than_it() -> None:
@@ -97,9 +107,9 @@ def test_the_rooms_light_costs_what_is_darker_than_it() -> None:
     for cd_m2 in (0.01, 0.1, 1.0):
         lit = EyeModels(MODELS.left.in_room(cd_m2 * np.array([0.95, 1.0, 1.1])), MODELS.right)
         found = OwnPixels(lit, EIGHT_BITS).differences(_scene(lit))
-        costs.append(float(found[Step.AMBIENT_LIGHT]["left"].mean()))
-        assert found[Step.AMBIENT_LIGHT]["right"].max() == 0.0
-        assert found[Step.GAMUT_CLIP]["left"].max() < 1e-6
+        costs.append(float(found[PathStep.AMBIENT_LIGHT]["left"].mean()))
+        assert found[PathStep.AMBIENT_LIGHT]["right"].max() == 0.0
+        assert found[PathStep.GAMUT_CLIP]["left"].max() < 1e-6
     assert 0.0 < costs[0] < costs[1] < costs[2]
 
 
@@ -115,7 +125,7 @@ def test_with_no_step_on_each_eye_sees_what_was_asked(models: EyeModels, data: s
     for eye in EYES:
         np.testing.assert_allclose(path.seen(asked, ())[eye], asked[eye], rtol=1e-7, atol=1e-7)
     # What is in the gamut of a display in its room is not clipped, with the room's light or without.
-    clipped = path.seen(asked, {Step.AMBIENT_LIGHT})
+    clipped = path.seen(asked, {PathStep.AMBIENT_LIGHT})
     for eye in EYES:
         np.testing.assert_allclose(clipped[eye], asked[eye], rtol=1e-6, atol=1e-6)
 
@@ -127,7 +137,7 @@ def test_evened_out_by_the_dimmest_place_nothing_is_lost_but_luminance() -> None
     for model, costs in ((without_black, False), (MODELS.left, True)):  # the latter's red has light at code 0
         models = EyeModels(model, model)
         found = _means(OwnPixels(models, EIGHT_BITS, Correction(None, dimmest), GAINS), _scene(models))
-        assert (found[Step.GAIN_MAP] > 1e-6) == costs
+        assert (found[PathStep.GAIN_MAP] > 1e-6) == costs
 
 
 def test_dithered_light_is_the_mean_over_the_mask() -> None:
@@ -147,7 +157,7 @@ def test_dithered_light_is_the_mean_over_the_mask() -> None:
 def test_looked_up_light_is_that_of_the_colour_passs_twin() -> None:
     asked = _scene()["left"]
     codes = table_codes(MODELS.left, asked, code_tables(MODELS.left))
-    seen = OwnPixels(MODELS, EIGHT_BITS).seen({"left": asked, "right": asked}, {Step.LOOK_UP_TABLE})["left"]
+    seen = OwnPixels(MODELS, EIGHT_BITS).seen({"left": asked, "right": asked}, {PathStep.LOOK_UP_TABLE})["left"]
     np.testing.assert_allclose(seen, MODELS.left.xyz(codes), rtol=1e-12)
 
 
@@ -158,10 +168,10 @@ def test_in_an_anaglyph_the_filters_cost_what_the_clipping_report_says() -> None
     found = path.differences(asked)
     stated = mixed_costs(mixture, MODELS, asked["left"], asked["right"])
     for eye in EYES:
-        assert found[Step.FILTERS][eye].mean() == pytest.approx(stated[eye]["projection_delta_e_00_mean"], abs=1e-4)
-        assert found[Step.GAMUT_CLIP][eye].mean() == pytest.approx(stated[eye]["delta_e_00_mean"], abs=1e-4)
+        assert found[PathStep.FILTERS][eye].mean() == pytest.approx(stated[eye]["projection_delta_e_00_mean"], abs=1e-4)
+        assert found[PathStep.GAMUT_CLIP][eye].mean() == pytest.approx(stated[eye]["delta_e_00_mean"], abs=1e-4)
     coarse = _means(Mixed(MODELS, mixture, Encoding(63, ENTRIES, dithered=False)))
-    assert _raised(_means(path), coarse) == {Step.CODES}
+    assert _raised(_means(path), coarse) == {PathStep.CODES}
 
 
 def test_half_floats_are_off_by_half_of_their_last_place() -> None:
@@ -184,12 +194,12 @@ def test_the_scene_holds_the_mean_light_of_each_pixel() -> None:
 def test_pictures_together_and_rows_in_words() -> None:
     part = OwnPixels(MODELS, EIGHT_BITS).differences(_scene())
     both = joined_differences([part, part])
-    assert both[Step.CODES]["left"].shape == (2 * 96 * 64,)
-    words = {Step.CODES: "rounded", Step.CROSSTALK: "not measured", Step.CHARACTERISATION: "held out"}
-    stated = {Step.CHARACTERISATION: dict.fromkeys(EYES, Cost(0.1, 0.2, 0.3))}
+    assert both[PathStep.CODES]["left"].shape == (2 * 96 * 64,)
+    words = {PathStep.CODES: "rounded", PathStep.CROSSTALK: "not measured", PathStep.CHARACTERISATION: "held out"}
+    stated = {PathStep.CHARACTERISATION: dict.fromkeys(EYES, StepCost(0.1, 0.2, 0.3))}
     budget = ErrorBudget.of("colours", both, words, stated)
-    assert [row.step for row in budget.rows] == [Step.CROSSTALK, Step.CODES, Step.CHARACTERISATION]
-    assert budget.row(Step.CROSSTALK).eyes is None
+    assert [row.step for row in budget.rows] == [PathStep.CROSSTALK, PathStep.CODES, PathStep.CHARACTERISATION]
+    assert budget.row(PathStep.CROSSTALK).eyes is None
     assert budget.to_json()["steps"][2]["left"] == {"mean": 0.1, "p95": 0.2, "max": 0.3}
 
 

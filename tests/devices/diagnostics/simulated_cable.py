@@ -15,7 +15,7 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.display import MIXTURES, NODES, DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
-from devices.readings import Faults, Measurements, Showing, Simulated, SimulatedDisplay, Step, find_sets, steps
+from devices.readings import Faults, Measurements, PatchTurn, Showing, Simulated, SimulatedDisplay, find_sets, steps
 
 Examination = Callable[[Measurements], Diagnosis]
 EACH_S = 10.0
@@ -29,7 +29,7 @@ WIDE = ((0.680, 0.320), (0.265, 0.690), (0.150, 0.060))
 
 
 @lru_cache(maxsize=8)
-def _order(seed: int, highest: int) -> tuple[Step, ...]:
+def _order(seed: int, highest: int) -> tuple[PatchTurn, ...]:
     return steps([patches.rounded(highest) for patches in find_sets(("cable",))], seed)
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from devices.characterise import table_c1_codes, thesis_display
 from devices.colour_matching import colorimetric_observer
 from devices.compensation import fit_crosstalk
-from devices.diagnostics import MeasuredSet, Panel, examine, locus_line
+from devices.diagnostics import MeasuredSet, PlotAxes, examine, locus_line
 from devices.diagnostics.chromaticity_diagrams import LOCUS, diagrams, triangle, uv_from_xy
 from devices.diagnostics.colours import chromaticities, outside, primary_colours
 from devices.diagnostics.eyewear import crosstalk, crosstalk_readings
@@ -203,7 +203,7 @@ PALE = DisplayModel(
 PALE_READ = Measurements(CODES, PALE.xyz(CODES))
 
 
-def points(panel: Panel, name: str) -> np.ndarray:
+def points(panel: PlotAxes, name: str) -> np.ndarray:
     (line,) = (line for line in panel.lines if line.name == name)
     return np.column_stack([line.x, line.y])
 

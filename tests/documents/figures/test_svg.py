@@ -15,7 +15,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from devices.diagnostics import Line, Panel
+from devices.diagnostics import PlotAxes, Trace
 from documents.figures import INK, drawing, drawn, row_names
 from runner.reports.display.figure import draw_panel
 
@@ -96,5 +96,5 @@ def test_a_figure_is_drawn_once_and_as_by_savefig(monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.usefixtures("_two_seconds_between_looks_at_the_clock")
 def test_a_panel_s_legend_that_takes_long_to_place_is_no_warning() -> None:
-    lines = [Line(name, (0.0, 1.0), (0.0, 1.0)) for name in (LETTERS, "b")]
-    assert LETTERS in draw_panel(Panel("a panel", "x", "y", tuple(lines)), "what it shows").svg
+    lines = [Trace(name, (0.0, 1.0), (0.0, 1.0)) for name in (LETTERS, "b")]
+    assert LETTERS in draw_panel(PlotAxes("a panel", "x", "y", tuple(lines)), "what it shows").svg

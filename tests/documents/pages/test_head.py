@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from documents.figures import drawing, drawn
-from documents.pages import Figure, Gallery, Page, Picture, Section, page_html
+from documents.pages import Figure, Gallery, Page, PagePicture, Section, page_html
 from tests.pages import INJECTED, opened, policy_of, works_and_runs_nothing
 
 ROOT = Path(__file__).parents[3]
@@ -38,7 +38,7 @@ def page() -> str:
     """A page with a style, an attribute of style, a picture, and a drawing that has its own."""
     with drawing("d", 2.0, 1.0) as (figure, axes):
         axes.imshow([[0.0, 1.0]])
-        blocks = Figure("d", drawn(figure, "d")), Gallery((Picture("p", (("", PICTURE),)),))
+        blocks = Figure("d", drawn(figure, "d")), Gallery((PagePicture("p", (("", PICTURE),)),))
     html = page_html(Page("kind", "title", "of", (Section("s", "S", blocks),)))
     assert all(f"<{tag}" in html for tag in ("style", "img", "image"))
     assert 'style="' in html

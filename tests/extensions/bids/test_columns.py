@@ -20,7 +20,7 @@ from analysis.kinds import KINDS, ColumnWords, Trial
 from analysis.records import Resumption, read_results, refuse_mixtures
 from analysis.report.notes import on_sessions
 from extensions.bids import export_dataset, unescape
-from extensions.bids.columns import FIXED, Column, ColumnCollector, flatten, roles
+from extensions.bids.columns import FIXED, BidsColumn, ColumnCollector, flatten, roles
 from extensions.bids.dataset import check_replaceable, replacing
 from extensions.bids.export import time_cell
 from extensions.bids.sidecars import describe, trial_type
@@ -46,7 +46,7 @@ def test_a_kind_that_is_loaded_late_says_its_columns(monkeypatch: pytest.MonkeyP
 
 
 # Columns: unique names, honest formats.
-def gathered(*data: dict[str, Any], kind: str = "odd") -> dict[str, Column]:
+def gathered(*data: dict[str, Any], kind: str = "odd") -> dict[str, BidsColumn]:
     collector = ColumnCollector()
     for number, recorded in enumerate(data):
         collector.add(new_answer(0, number, kind, (), 1.0, "2026-01-02T03:04:05Z", recorded), ())
@@ -175,8 +175,8 @@ def test_a_series_that_is_called_as_a_stimulus_takes_no_role_from_it() -> None:
     assert dict(flatten(data, {"first", "second"}))["clipping", "second"] == 1
 
 
-def column(*place: str, form: str = "number", values: tuple[str, ...] | None = None) -> Column:
-    return Column("_".join(place), place, form, False, ("all_pairs",), values)
+def column(*place: str, form: str = "number", values: tuple[str, ...] | None = None) -> BidsColumn:
+    return BidsColumn("_".join(place), place, form, False, ("all_pairs",), values)
 
 
 def test_clip_costs_say_whose_and_which_eyes() -> None:

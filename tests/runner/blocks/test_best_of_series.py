@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runner.blocks import Block, Draft, Stimuli
-from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Choice
+from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Browsed
 from runner.blocks.series import find_series, series_scene, series_targets
 from runner.observers import plain_key, walk
-from runner.ports import Ask, Browse, Rate, Target
+from runner.ports import Ask, Browse, Button, Rate
 from runner.protocol import read_experiment
 from runner.scene import Box, Text
 from runner.views import SingleLayout, Style
@@ -144,7 +144,7 @@ def test_dwell_times_add_up_to_the_response_time(start: int, keys: list[str]) ->
     for number, key in enumerate(keys):
         path.append((index, round(0.1 * number + 0.05, 6)))
         index = min(5, max(0, index + (1 if key == "right" else -1)))
-    choice = Choice(index, (*path, (index, 0.25)))
+    choice = Browsed(index, (*path, (index, 0.25)))
     assert sum(choice.dwell_s(6)) == pytest.approx(choice.time_s, abs=1e-5)
     assert {i for i, seconds in enumerate(choice.dwell_s(6)) if seconds} == {i for i, _ in choice.path}
 
@@ -162,7 +162,7 @@ def test_the_row_of_boxes_is_seen_whole_and_says_where_one_is(view_px: tuple[int
     assert max(range(count), key=lambda n: boxes[n].luminance_share) == 1
     assert boxes[0].luminance_share > min((box.luminance_share for box in boxes[2:]), default=0)
     targets = series_targets(count, layout, style)
-    placed: list[Box | Target] = [*boxes, targets["previous"], targets["next"]]
+    placed: list[Box | Button] = [*boxes, targets["previous"], targets["next"]]
     for item in placed:
         assert all(abs(p) + s / 2 <= v / 2 for p, s, v in zip(item.offset_px, item.size_px, view_px, strict=True))
     assert (

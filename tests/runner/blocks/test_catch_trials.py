@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runner.blocks import Stimuli
-from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
+from runner.blocks.catch_trials import CatchTrials, PlacedPair, mix_in
 from runner.blocks.orders import pair_order
 
 SEEDS = st.text(max_size=6)
@@ -18,8 +18,8 @@ PLAIN = [f"s{index}" for index in range(12)]
 OBVIOUS = ["s0", "s1"], ["best", "worst"], ["fine", "poor"]
 
 
-def _others(count: int, repeats: int, side_seed: str, order_seed: str) -> list[Comparison]:
-    return [Comparison(PLAIN[a], PLAIN[b]) for a, b in pair_order(count, repeats, side_seed, order_seed)]
+def _others(count: int, repeats: int, side_seed: str, order_seed: str) -> list[PlacedPair]:
+    return [PlacedPair(PLAIN[a], PLAIN[b]) for a, b in pair_order(count, repeats, side_seed, order_seed)]
 
 
 @given(st.integers(2, 12), st.integers(1, 4), SEEDS, SEEDS, st.booleans(), st.data())

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks.scale import Rated, Scale, rate, scale_faults, scale_items, scale_targets
+from runner.blocks.scale import RatedScene, Scale, rate, scale_faults, scale_items, scale_targets
 from runner.observers import plain_key
 from runner.ports import Ask, Rate, Response
 from runner.scene import Box, Text
@@ -34,7 +34,7 @@ UNDER = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
 
 def answered(scale: Scale, *keys: str, style: Style = FULL_HD_HALF) -> tuple[int, float, list[Ask]]:
     """Press keys, half a second each; return the number, the time and what was asked."""
-    steps = rate(scale, style, Rated(stimulus="a", reference="r"))
+    steps = rate(scale, style, RatedScene(stimulus="a", reference="r"))
     asks = [next(steps)]
     for index, key in enumerate(keys):
         meaning = asks[-1].meaning(key)

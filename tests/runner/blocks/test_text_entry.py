@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from runner.blocks.text_entry import Number, Words, written
+from runner.blocks.text_entry import Number, TextAnswer, written
 
 AGE = Number(unit="years", lowest=16, highest=99, whole=True)
 
@@ -37,7 +37,7 @@ def test_a_decimal_comma_is_a_point_and_whole_numbers_stay_whole() -> None:
 
 
 def test_words_are_as_long_as_there_is_room() -> None:
-    words = Words(max_length=5)
+    words = TextAnswer(max_length=5)
     assert words.refusal("abcde") == ""
     assert words.refusal("abcdef") == "There is room for 5 characters"
     assert words.value("  a b ") == "a b"

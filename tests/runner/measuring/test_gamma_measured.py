@@ -25,7 +25,7 @@ Load = Callable[[float], None]
 pytestmark = pytest.mark.window
 
 SIMULATED = measuring.InstrumentOptions("simulated")
-IN_A_WINDOW = measuring.ShowOptions(settle_s=0.0, windowed=True)
+IN_A_WINDOW = measuring.ShowPatches(settle_s=0.0, windowed=True)
 
 
 @pytest.fixture

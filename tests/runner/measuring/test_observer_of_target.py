@@ -14,10 +14,10 @@ from devices.errors import DeviceError, MeasuringError
 from devices.readings import (
     Kept,
     Measurements,
+    PatchTurn,
     Reading,
     ReadingRun,
     SimulatedDisplay,
-    Step,
     asked_of,
     read_measurements,
     write_csv,
@@ -25,7 +25,7 @@ from devices.readings import (
 )
 from devices.readings.ti3 import write_ti3
 from documents.pages import write_page
-from runner.measuring import Dialogue, InstrumentOptions, ShowOptions, VerifyOptions, verify_display
+from runner.measuring import Dialogue, InstrumentOptions, ShowPatches, VerifyOptions, verify_display
 from runner.measuring.target import read_target, wiring_of
 from runner.measuring.verification import judge, patches_of
 from runner.reports.display.page import page_of
@@ -63,7 +63,7 @@ def test_an_instrument_that_reads_spectra_verifies_it() -> None:
     ten = DisplayModel(np.zeros(3), xyz_from_spectra(spectra, waves, "CIE 1964 10").T, (curve, curve, curve))
     asked = asked_of(ten)
     light = [ten.linear(colour.XYZ_cd_m2) @ spectra for colour in asked]
-    steps = tuple(Step(n, patch.name, patch) for n, patch in enumerate(patches_of(asked, ten).patches))
+    steps = tuple(PatchTurn(n, patch.name, patch) for n, patch in enumerate(patches_of(asked, ten).patches))
 
     def session(*, with_spectra: bool) -> ReadingRun:
         kept = {}
@@ -86,11 +86,11 @@ def test_it_is_not_simulated(display: Path) -> None:
         target = read_target(display, mode)
         if refused:
             with pytest.raises(MeasuringError, match=SAYS):
-                wiring_of(target, ShowOptions(), InstrumentOptions("simulated"), Dialogue())
+                wiring_of(target, ShowPatches(), InstrumentOptions("simulated"), Dialogue())
         else:
-            wiring_of(target, ShowOptions(), InstrumentOptions("simulated"), Dialogue())
+            wiring_of(target, ShowPatches(), InstrumentOptions("simulated"), Dialogue())
     # Another instrument reads the panel itself, whatever was known of it.
-    wiring_of(read_target(display, "flat"), ShowOptions(), InstrumentOptions("spotread"), Dialogue())
+    wiring_of(read_target(display, "flat"), ShowPatches(), InstrumentOptions("spotread"), Dialogue())
 
 
 def test_readings_without_spectra_are_not_compared_with_it(display: Path, tmp_path: Path) -> None:

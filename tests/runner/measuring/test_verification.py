@@ -13,7 +13,17 @@ from click.testing import CliRunner
 from devices.compensation import Correction
 from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
 from devices.errors import MeasuringError
-from devices.readings import Kept, Patch, PatchSet, Reading, ReadingRun, SimulatedDisplay, Step, asked_of, read_session
+from devices.readings import (
+    Kept,
+    Patch,
+    PatchSet,
+    PatchTurn,
+    Reading,
+    ReadingRun,
+    SimulatedDisplay,
+    asked_of,
+    read_session,
+)
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.patch_screen import AskedScreen
@@ -30,7 +40,7 @@ DISPLAY = SimulatedDisplay(EyeModels(MODEL, MODEL))
 
 
 def _session(read: np.ndarray, patches: PatchSet, leave_out: int = -1) -> ReadingRun:
-    order = tuple(Step(place, patch.name, patch) for place, patch in enumerate(patches.patches))
+    order = tuple(PatchTurn(place, patch.name, patch) for place, patch in enumerate(patches.patches))
     kept = {
         place: Kept(place, 0.0, Reading((float(X), float(Y), float(Z))))
         for place, (X, Y, Z) in enumerate(read)

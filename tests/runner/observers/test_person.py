@@ -9,12 +9,12 @@ import pytest
 
 from runner import Scene
 from runner.observers import Person
-from runner.ports import DOUBLE_S, Ask, Browse, Choose, KeyPress, Rate, Target, Write
+from runner.ports import DOUBLE_S, Ask, Browse, Button, Choose, KeyPress, Rate, Write
 
 TWO = Ask(
     Scene(),
     {"up": "first", "down": "second"},
-    targets={"first": Target((0, -50), (100, 40)), "second": Target((0, 50), (100, 40))},
+    targets={"first": Button((0, -50), (100, 40)), "second": Button((0, 50), (100, 40))},
 )
 TYPING = Ask(Scene(), {"backspace": "erase", "enter": "accept"}, typing=True)
 SCALE = Ask(Scene(), {"left": "lower", "right": "higher", "enter": "accept"})

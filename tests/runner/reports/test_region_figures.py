@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from runner.reports.comparison.figures import MOST_BARS, chromaticity_figure, delta_e_figure, luminance_figure
-from stimuli.comparison import Region, RegionTable
+from stimuli.comparison import PairedArea, RegionTable
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.table import region_table
 from tests.choice import nightly
@@ -17,7 +17,7 @@ SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
 
 def table(count: int, times: float = 1.03, saturated: float = 0.0) -> RegionTable:
     rng = np.random.default_rng(3)
-    regions = [Region(f"<region {place}>", "patch", SQUARE, SQUARE, "chart") for place in range(count)]
+    regions = [PairedArea(f"<region {place}>", "patch", SQUARE, SQUARE, "chart") for place in range(count)]
     colours = WHITE * rng.uniform(0.1, 0.9, (count, 3))
     photo = [AreaMean(400, colour, np.ones(3), np.eye(3) * 1e-4, saturated) for colour in colours]
     rendering = [AreaMean(400, times * colour + [0.1, 0, 0], np.ones(3), np.eye(3) * 1e-4, 0.0) for colour in colours]

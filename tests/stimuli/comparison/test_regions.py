@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from devices.colour import XYZ_from_xyY, delta_e_2000, xyY_from_XYZ, xyz_to_lab
 from documents import InputError
-from stimuli.comparison import Evidence, Region, RegionTable, areas, compare_regions, judge, place_regions
+from stimuli.comparison import Evidence, PairedArea, RegionTable, areas, compare_regions, judge, place_regions
 from stimuli.comparison.areas import AreaMean, area_means, crosses_itself, inside, window
 from stimuli.comparison.by_region import ComparedRegions
 from stimuli.comparison.regions import PlacedRegions, corner_pairs
@@ -361,8 +361,8 @@ def area(XYZ: object, saturated: float = 0.0) -> AreaMean:
     return AreaMean(100, np.asarray(XYZ, dtype=np.float64), np.zeros(3), None, saturated)
 
 
-def named(name: str) -> Region:
-    return Region(name, "patch", TABLE_SQUARE, TABLE_SQUARE, "chart")
+def named(name: str) -> PairedArea:
+    return PairedArea(name, "patch", TABLE_SQUARE, TABLE_SQUARE, "chart")
 
 
 @pytest.mark.shared_data

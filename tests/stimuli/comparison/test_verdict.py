@@ -17,7 +17,7 @@ from stimuli.comparison import (
     CompareOptions,
     Evidence,
     Outcome,
-    Region,
+    PairedArea,
     RegionTable,
     SparklePair,
     compare_pictures,
@@ -48,7 +48,7 @@ LARGE = DifferenceSummary(1000, 3.1, 2.8, 9.0, 12.0, 20.0, 1.4, 66.0)
 def table(*lightness: float, saturated: float = 0.0) -> RegionTable:
     """Grey regions: the rendering's luminance times these."""
     names = [chr(ord("a") + place) for place in range(len(lightness))]
-    regions = [Region(name, "rectangle", SQUARE, SQUARE, name) for name in names]
+    regions = [PairedArea(name, "rectangle", SQUARE, SQUARE, name) for name in names]
     photo = [AreaMean(400, 0.4 * WHITE, np.zeros(3), None, saturated)] * len(lightness)
     rendering = [AreaMean(400, 0.4 * share * WHITE, np.zeros(3), None, 0.0) for share in lightness]
     return region_table(regions, photo, rendering, WHITE)
@@ -122,7 +122,7 @@ def test_a_checkerboard_of_regions_cancels_where_the_eye_is_far() -> None:
     board = np.indices((64, 64)).sum(axis=0) // 2 % 2
     photo = np.asarray(0.4 * WHITE * (1 + 0.2 * (board[..., None] - 0.5)), dtype=np.float32)
     rendering = np.asarray(0.4 * WHITE * (1 - 0.2 * (board[..., None] - 0.5)), dtype=np.float32)
-    regions = [Region("cell", "cell", SQUARE / 9 * 2 + 20, SQUARE / 9 * 2 + 20, "g")]
+    regions = [PairedArea("cell", "cell", SQUARE / 9 * 2 + 20, SQUARE / 9 * 2 + 20, "g")]
     near, far = (
         seen_regions(
             difference_map(SeenPicture(photo, ppd, WHITE), SeenPicture(rendering, ppd, WHITE), WHITE, filtered=True),
@@ -234,7 +234,7 @@ def test_one_eye_decides_for_both() -> None:
 def test_a_scatter_that_all_share_names_nobody() -> None:
     rng = np.random.default_rng(2)
     colours = WHITE * rng.uniform(0.1, 0.9, (24, 3))
-    regions = [Region(str(place), "patch", SQUARE, SQUARE, "chart") for place in range(24)]
+    regions = [PairedArea(str(place), "patch", SQUARE, SQUARE, "chart") for place in range(24)]
     photo = [AreaMean(400, colour, np.zeros(3), None, 0.0) for colour in colours]
     rendering = [AreaMean(400, c * rng.normal(1, 0.02, 3), np.zeros(3), None, 0.0) for c in colours]
     notes = judge(Evidence(region_table(regions, photo, rendering, WHITE))).having("noted")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from documents.pages import Shown
+from documents.pages import ShownAs
 from stimuli.errors import StimulusError
 from stimuli.measures import (
     PicturePair,
@@ -131,7 +131,7 @@ def test_the_table_that_is_told() -> None:
     told = table.told()
     assert [column.heading for column in told.columns[:4]] == ["Measure", "left", "right", "both eyes"]
     assert len(told.rows) == len(NAMES)
-    assert told.rows[3][:2] == ("PU21-PSNR", Shown(float("inf"), "∞ dB"))
+    assert told.rows[3][:2] == ("PU21-PSNR", ShownAs(float("inf"), "∞ dB"))
     assert [row[4] for row in told.rows] == ["lower", "lower", "higher", "higher"]
 
 

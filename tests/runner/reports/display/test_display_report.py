@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.diagnostics import Line, MeasuredSet, Panel, Verdicts, examine
+from devices.diagnostics import MeasuredSet, PlotAxes, Trace, Verdicts, examine
 from devices.errors import DeviceError
 from devices.readings import write_csv
 from documents.pages import page_html
@@ -213,22 +213,25 @@ def test_a_failed_check_says_why_in_the_terminal_and_json_holds_every_diagnosis(
 
 def test_series_of_a_panel_are_told_apart_without_colour() -> None:
     """Patches that are read again and again are points in ink, each."""
-    lines = [Line(f"patch {number}", (1.0, 2.0), (1.0, 2.0), "ink", "points") for number in range(6)]
-    lines += [Line("", (1.0, 2.0), (1.0, 1.0), "soft", "line"), Line("trend", (1.0, 2.0), (2.0, 1.0), "accent", "line")]
-    lines += [Line("other", (1.0, 2.0), (2.0, 2.0), "accent", "line")]
+    lines = [Trace(f"patch {number}", (1.0, 2.0), (1.0, 2.0), "ink", "points") for number in range(6)]
+    lines += [
+        Trace("", (1.0, 2.0), (1.0, 1.0), "soft", "line"),
+        Trace("trend", (1.0, 2.0), (2.0, 1.0), "accent", "line"),
+    ]
+    lines += [Trace("other", (1.0, 2.0), (2.0, 2.0), "accent", "line")]
     found = looks(lines)
     points = found[:6]
     assert len({look.marker for look in points}) == len({look.colour for look in points}) == 6
     assert points[0].marker == "o"
     assert points[0].colour == COLOURS["ink"]
     assert found[7].dashes == "-" != found[8].dashes
-    svg = draw_panel(Panel("", "x", "y", tuple(lines)), "words").svg
+    svg = draw_panel(PlotAxes("", "x", "y", tuple(lines)), "words").svg
     # The legend and the panel use each marker's outline.
     assert len(set(re.findall(r'<path id="(m[0-9a-f]+)"', svg))) >= 6
 
 
 def test_figures_are_the_same_each_time() -> None:
-    panel = Panel("title", "x", "y", (Line("a", (0.0, 1.0), (1.0, 2.0)),), (1.5,), x_names=("one",))
+    panel = PlotAxes("title", "x", "y", (Trace("a", (0.0, 1.0), (1.0, 2.0)),), (1.5,), x_names=("one",))
     assert draw_panel(panel, "words").svg == draw_panel(panel, "words").svg
     assert 'aria-label="&lt;&#34;"' in draw_panel(panel, '<"').svg
 
