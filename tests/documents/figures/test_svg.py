@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from devices.diagnostics import PlotAxes, Trace
 from documents.figures import INK, drawing, drawn, row_names
-from runner.reports.display.figure import draw_panel
+from runner.reports import draw_panel
 
 LETTERS = "画像"  # not in the font that is shipped
 

@@ -18,16 +18,7 @@ from analysis.seals import check_results
 from devices.timing_marks import MARKS
 from documents import Finding, InputError
 from documents.platform import pseudo_terminal
-from extensions.marks import (
-    Code,
-    LslMarksSpec,
-    Marked,
-    MarkError,
-    OpenMarks,
-    PortLostError,
-    SerialMarksSpec,
-    TimingMarks,
-)
+from extensions.marks import LslMarksSpec, Marked, MarkError, OpenMarks, PortLostError, SerialMarksSpec, TimingMarks
 from runner.check import CheckOptions, check_file
 from runner.session import Recording, SceneShown, SessionOptions, run_session, simulate
 from runner.session.events import Shown
@@ -225,7 +216,7 @@ class Failing:
     closed: bool = False
     is_heard: bool = True
 
-    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
+    def send(self, code: int | str, event_s: float, trial_byte: int | None = None) -> None:
         self.sent += 1
         if fault := self.faults.get(self.sent):
             raise fault
@@ -414,7 +405,7 @@ class Stream:
         self.looks -= 1
         return len(self.texts) + 1 >= self.heard_from if self.texts or self.looks < -1 else self.looks == -1
 
-    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
+    def send(self, code: int | str, event_s: float, trial_byte: int | None = None) -> None:
         self.texts.append(str(code))
 
     def close(self) -> None:
@@ -468,7 +459,7 @@ def test_a_recording_that_began_late_is_joined_by_trial(sunny: Study, opened: An
 class Connecting(Failing):
     """A stream to which a recorder connects while the first mark is sent."""
 
-    def send(self, code: Code, event_s: float, trial_byte: int | None = None) -> None:
+    def send(self, code: int | str, event_s: float, trial_byte: int | None = None) -> None:
         self.is_heard = True
 
 

@@ -24,13 +24,13 @@ from stimuli.develop import (
     Levels,
     demosaic,
     develop_photographs,
+    make_picture,
     read_camera_image,
     to_xyz,
     write_camera_exr,
 )
 from stimuli.develop.demosaic import REACH_PX, Linear, Mosaic, interpolate, superpixel
 from stimuli.develop.raw_files import DEMOSAICS, read_raw, read_sensor
-from stimuli.develop.sensor_image import make_picture
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, write_exr
 from stimuli.pictures.picture_pixels import turned

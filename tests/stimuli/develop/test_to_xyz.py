@@ -18,8 +18,15 @@ from extensions.photo import ChartOptions, fit_camera_to_chart
 from runner.cli.main import group
 from stimuli.build import build_set
 from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
-from stimuli.develop import CameraImage, DevelopOptions, read_camera_image, to_xyz, write_camera_exr
-from stimuli.develop.calibration_frames import clipped_variance, read_calibration
+from stimuli.develop import (
+    CameraImage,
+    DevelopOptions,
+    clipped_variance,
+    read_calibration,
+    read_camera_image,
+    to_xyz,
+    write_camera_exr,
+)
 from stimuli.develop.photograph import develop_photograph
 from stimuli.errors import StimulusError
 from stimuli.pictures import read_exr

@@ -20,8 +20,7 @@ from documents import InputError
 from stimuli.build import build_set
 from stimuli.comparison import ReadOptions
 from stimuli.comparison.pictures import read_picture as read_compared
-from stimuli.develop import read_camera_image
-from stimuli.develop.calibration_frames import read_calibration
+from stimuli.develop import read_calibration, read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.pictures import (
     FoundPicture,

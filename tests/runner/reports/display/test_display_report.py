@@ -19,8 +19,9 @@ from devices.errors import DeviceError
 from devices.readings import write_csv
 from documents.pages import page_html
 from runner.cli.main import group
-from runner.reports.display.figure import COLOURS, draw_panel, looks
-from runner.reports.display.page import page_of, short, typeset
+from runner.reports import draw_panel, short
+from runner.reports.display.figure import COLOURS, looks
+from runner.reports.display.page import page_of, typeset
 from tests.choice import nightly
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings
 from tests.pages import works_and_runs_nothing
