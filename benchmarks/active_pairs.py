@@ -5,12 +5,12 @@
 TIMES times as many sets of items are simulated; the figures in docs are by 3, which takes about ten minutes.
 
 Simulated observers answer by the Bradley-Terry law; their true strengths are normal with a spread of 0.5 to 3 nats.
-The same observers are asked random pairs, and pairs that `runner.blocks.pair_choice` chooses by either gain. Errors
+The same observers are asked random pairs, and pairs that `extensions.adaptive_pairs` chooses by either gain. Errors
 are root mean squares of θ (nats, mean 0) of three estimates: the posterior under a learnt prior, as a report has it;
 the plain method, the mode at the fixed point of [MacKay1992] with the curvature's covariance; and the fit without a
 prior (by maximum likelihood, Firth's where items are separated, none where they are not linked). Coverage is that of
 95 % intervals of all differences. The answers of ten observers of few trials each are pooled too, as a lab would; and
-fifteen observers are asked pairs that are chosen by the answers of all of them (`runner.blocks.pooled_choice`), beside
+fifteen observers are asked pairs that are chosen by the answers of all of them, beside
 a balanced design of as many trials (`runner.blocks.incomplete_pairs`): that is what is promised. ASAP's authors state
 28 to 35 ms for each choice; it is not run here.
 """
@@ -35,9 +35,8 @@ from analysis.scaling.learnt_prior import learnt_posterior
 from analysis.scaling.newton import joint_covariance, maximise
 from analysis.scaling.penalty import Gaussian
 from documents.arrays import Floats
+from extensions.adaptive_pairs import PairChooser, pooled_study
 from runner.blocks.incomplete_pairs import designs
-from runner.blocks.pair_choice import PairChooser
-from runner.reports.pooled_studies import pooled_study
 
 Row = dict[str, object]
 Answer = Callable[[int, int], bool]

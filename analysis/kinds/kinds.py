@@ -23,7 +23,6 @@ KINDS: Registry[type[Trial]] = Registry(
         "instructions": "analysis.kinds.page:PageRecord",
         "break": "analysis.kinds.page:BreakRecord",
         "all_pairs": "analysis.kinds.all_pairs:AllPairsRecord",
-        "active_pairs": "analysis.kinds.active_pairs:ActivePairsRecord",
         "best_of_series": "analysis.kinds.best_of_series:BestOfSeriesRecord",
         "rating": "analysis.kinds.rating:RatingRecord",
         "preference": "analysis.kinds.preference:PreferenceRecord",

@@ -1,9 +1,9 @@
-from .active_pairs import ActivePairs as ActivePairs
 from .block import SECONDS_PER_TRIAL as SECONDS_PER_TRIAL
 from .block import Block as Block
 from .block import BlockKind as BlockKind
 from .block import Draft as Draft
 from .block import Fault as Fault
+from .block import Pooled as Pooled
 from .block import SessionEnd as SessionEnd
 from .block import Steps as Steps
 from .block import StimulusNames as StimulusNames
@@ -15,6 +15,11 @@ from .context import Factors as Factors
 from .context import Stimuli as Stimuli
 from .context import level_words as level_words
 from .message import TimedKind as TimedKind
+from .orders import Pair as Pair
+from .orders import spaced as spaced
+from .pair_groups import PairGroups as PairGroups
 from .pair_groups import factor_faults as factor_faults
+from .pair_groups import group_faults as group_faults
+from .pair_groups import pairs_in_groups as pairs_in_groups
 from .registry import BLOCKS as BLOCKS
 from .registry import AnyBlock as AnyBlock

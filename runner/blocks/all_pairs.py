@@ -20,7 +20,7 @@ from runner.blocks.context import BlockContext, Stimuli
 from runner.blocks.incomplete_pairs import designs, fewest_pairs, observers_pairs, place_of
 from runner.blocks.message import TimedKind
 from runner.blocks.orders import Pair, grouped_order, pair_order
-from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
+from runner.blocks.pair_groups import PairGroups, group_faults, pairs_in_groups
 from runner.blocks.scale import RatedScene, Scale, ends_of, rate, scale_faults, scales_named
 from runner.ports import Ask, Compare, Response, answer
 from runner.scene import Picture
@@ -212,7 +212,7 @@ class AllPairs(TimedKind):
     def _groups(self, stimuli: Stimuli) -> PairGroups | None:
         if self.within is None:
             return None
-        return pair_groups(chosen(self.stimuli, stimuli), stimuli, self.within, self.across)
+        return pairs_in_groups(chosen(self.stimuli, stimuli), stimuli, self.within, self.across)
 
     def _trials(self, stimuli: Stimuli) -> int:
         """Return how many trials there are beside catch trials."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Generator, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
@@ -13,6 +13,7 @@ from analysis.records import PooledBatch
 from documents.text import counted, did_you_mean
 from documents.yaml import FileModel
 from runner.blocks.context import BlockContext, Stimuli
+from runner.blocks.orders import Pair
 from runner.ports import Ask, ChooseBatch, Hold, Response
 from runner.scene import Offset
 from stimuli.pictures import StereoImage
@@ -48,6 +49,8 @@ class Draft:
 # yields a Draft and is sent None once that is on disk, or yields a ChooseBatch and is sent the batch once that is.
 Step: TypeAlias = Ask | Hold | Draft | ChooseBatch
 Steps: TypeAlias = Generator[Step, Response | PooledBatch | None, None]
+# Names of stimuli, and the pairs of their numbers i < j that are compared; all of them if None.
+Pooled: TypeAlias = tuple[tuple[str, ...], Container[Pair] | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,6 +128,8 @@ class BlockKind(FileModel):
     """Whether it has trials of its own, which can be practised."""
     by_scores: ClassVar[bool] = True
     """Whether simulated observers answer by scores of the stimuli: not where every question has a right answer."""
+    pairs_by_answers: ClassVar[bool] = False
+    """Whether the answers decide which pairs are asked: how often each is, is not known beforehand."""
     tests_observers: ClassVar[bool] = False
     """Whether it tests the observer, who is told after the session what came of it."""
 
@@ -168,6 +173,10 @@ class BlockKind(FileModel):
     def in_words(cls, facts: Mapping[str, Any]) -> Sequence[str]:
         """Return what a check says of its `Block.facts`; without words of its own, they are listed."""
         return ()
+
+    def pooled(self, stimuli: Stimuli) -> Pooled | None:
+        """Return what it compares if the answers of all observers choose its pairs."""
+        return None
 
     def named(self, stimuli: Stimuli) -> Iterator[Named]:
         """Yield the names by which results put its answers together with those of other blocks of its kind."""

@@ -67,7 +67,7 @@ class PairGroups:
         return {"group": group, "group_factor": self.factor}
 
 
-def pair_groups(names: Sequence[str], stimuli: Stimuli, within: str, across: str | None = None) -> PairGroups:
+def pairs_in_groups(names: Sequence[str], stimuli: Stimuli, within: str, across: str | None = None) -> PairGroups:
     """Return the pairs of ``names`` that agree in the factor ``within``, or differ in it and agree in ``across``."""
     levels = [{key: level_words(value) for key, value in stimuli.factors.get(name, {}).items()} for name in names]
     sets: dict[Pair, tuple[str, str]] = {}
@@ -94,7 +94,7 @@ def group_faults(names: Sequence[str], stimuli: Stimuli, within: str, across: st
     yield from wrong
     if wrong:
         return
-    groups = pair_groups(names, stimuli, within, across)
+    groups = pairs_in_groups(names, stimuli, within, across)
     if not any(factor == within for factor, _ in groups.sets.values()):
         what = f"no two stimuli have the same {within}, so there is no pair within one"
         yield Fault(what, ("within",), f"name a factor that several stimuli agree in: {_known(names, stimuli)}")

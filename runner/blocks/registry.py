@@ -17,7 +17,6 @@ BLOCKS: Registry[type[BlockKind]] = Registry(
     {
         "instructions": "runner.blocks.message:Instructions",
         "break": "runner.blocks.message:Break",
-        "active_pairs": "runner.blocks.active_pairs:ActivePairs",
         "all_pairs": "runner.blocks.all_pairs:AllPairs",
         "best_of_series": "runner.blocks.best_of_series:BestOfSeries",
         "rating": "runner.blocks.rating:Rating",

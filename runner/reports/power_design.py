@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from analysis.scaling import compared_groups
 from documents import Finding
-from runner.blocks.active_pairs import ActivePairs
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import chosen
 from runner.blocks.context import level_words, shared_seed
@@ -53,8 +52,8 @@ def pair_design(experiment: Experiment) -> PairDesign:
     """
     blocks = [block for block in experiment.spec.blocks if isinstance(block, AllPairs)]
     file = str(experiment.file)
-    if any(isinstance(block, ActivePairs) for block in experiment.spec.blocks):
-        what = "'active_pairs' chooses pairs by the answers: how often each is asked is not known beforehand"
+    if by_answers := next((block.kind for block in experiment.spec.blocks if block.pairs_by_answers), None):
+        what = f"'{by_answers}' chooses pairs by the answers: how often each is asked is not known beforehand"
         raise SessionError(Finding(what, file, remedy="simulate the experiment with 'all_pairs' instead"))
     if not blocks:
         what = "no block compares all pairs, so there are no scores to have power for"

@@ -20,7 +20,7 @@ from analysis.kinds import PairRecord, Trial
 from analysis.records import GrowingLog, Header, PooledBatch, SessionLog, session_files
 from documents import Finding
 from documents.arrays import Floats
-from runner.blocks.active_pairs import FIRST_SHARE, ActivePairs, Grouped
+from runner.blocks.block import Pooled
 from runner.errors import SessionError
 from runner.ports import ChooseBatch, PooledAnswers, WindowClosed
 from runner.protocol.experiment import Experiment
@@ -60,7 +60,7 @@ class _Pooled:
             wins: Floats = np.zeros((len(stimuli), len(stimuli)))
             for answer in self.answers[block].values():
                 first, second = (number[name] for name in answer.stimuli)
-                share = FIRST_SHARE.get(answer.answer, 0.5)
+                share = 0.5 if answer.is_tie else float(answer.answer == "first")
                 wins[first, second] += share
                 wins[second, first] += 1.0 - share
             self._wins[block] = wins
@@ -84,7 +84,7 @@ class ResultsPool:
     """The label of the session that asks, which counts its own answers itself."""
     _logs: dict[Path, _Pooled] = field(default_factory=dict)
     _told: set[str] = field(default_factory=set)
-    _blocks: dict[int, Grouped] = field(init=False)
+    _blocks: dict[int, Pooled] = field(init=False)
 
     def __post_init__(self) -> None:
         self._blocks = pooled_blocks(self.experiment)
@@ -175,7 +175,7 @@ class ResultsPool:
             yield _finding(f"this session of '{spec.name}' asks another question: {header.question!r}", file)
         kinds = [one.kind for one in header.planned]
         for index in self._blocks:
-            if kinds and kinds[index : index + 1] != ["active_pairs"]:
+            if kinds and kinds[index : index + 1] != [spec.blocks[index].kind]:
                 there = f"is '{kinds[index]}'" if index < len(kinds) else "is missing"
                 yield _finding(f"this session of '{spec.name}' has other blocks: its block {index + 1} {there}", file)
 
@@ -184,10 +184,10 @@ class ResultsPool:
         for answer in answers:
             if answer.block not in self._blocks:
                 continue
-            names, groups = self._blocks[answer.block]
+            names, pairs = self._blocks[answer.block]
             pair = [names.index(name) for name in _compared(answer) if name in names]
-            in_groups = groups is None or tuple(sorted(pair)) in groups.sets
-            if answer.kind != "active_pairs" or len(pair) < 2 or not in_groups:
+            is_asked = len(pair) == 2 and (pairs is None or (min(pair), max(pair)) in pairs)
+            if answer.kind != self.experiment.spec.blocks[answer.block].kind or not is_asked:
                 words = " with ".join(f"'{name}'" for name in _compared(answer)) or f"no pairs but '{answer.kind}'"
                 what = f"this session of '{self.experiment.spec.name}' compares {words} in block {answer.block + 1}"
                 yield _finding(f"{what}, which this experiment does not", file)
@@ -207,11 +207,10 @@ class RecordedPool:
         raise WindowClosed
 
 
-def pooled_blocks(experiment: Experiment) -> dict[int, Grouped]:
-    """Return the stimuli, and their groups, of blocks that choose by the answers of all, by the blocks' numbers."""
+def pooled_blocks(experiment: Experiment) -> dict[int, Pooled]:
+    """Return what blocks compare that choose by the answers of all, by the numbers of the blocks."""
     blocks = enumerate(experiment.spec.blocks)
-    pooled = {n: block for n, block in blocks if isinstance(block, ActivePairs) and block.pool == "results"}
-    return {number: block.grouped(experiment.stimuli) for number, block in pooled.items()}
+    return {number: pooled for number, block in blocks if (pooled := block.pooled(experiment.stimuli))}
 
 
 def _compared(answer: Trial) -> tuple[str, ...]:

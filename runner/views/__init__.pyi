@@ -11,6 +11,7 @@ from .layout import SingleLayout as SingleLayout
 from .pages import page as page
 from .pair_views import SequenceView as SequenceView
 from .pair_views import SimultaneousView as SimultaneousView
+from .pair_views import Ties as Ties
 from .pair_views import gap_s as gap_s
 from .pair_views import present as present
 from .pair_views import sequence_page as sequence_page

@@ -20,9 +20,8 @@ from analysis.report import estimate_scores
 from analysis.scaling import LOGISTIC, fit_model, learnt_posterior
 from benchmarks.hierarchical import comparisons_of, simulated, spreads
 from documents.arrays import Floats
+from extensions.adaptive_pairs import PairChooser, pooled_study
 from runner.blocks.incomplete_pairs import designs
-from runner.blocks.pair_choice import PairChooser
-from runner.reports.pooled_studies import pooled_study
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress

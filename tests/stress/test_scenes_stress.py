@@ -27,11 +27,10 @@ from analysis.scaling import compared_groups
 from analysis.series import means, summarise_series
 from analysis.series.just_noticeable import Matches, fit, interval
 from analysis.series.observer_means import bounded_means
-from runner.blocks import Stimuli
+from runner.blocks import Pair, Stimuli, pairs_in_groups
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.incomplete_pairs import PLACES, designs, fewest_pairs
-from runner.blocks.orders import Pair, grouped_order
-from runner.blocks.pair_groups import pair_groups
+from runner.blocks.orders import grouped_order
 from runner.reports.results import print_pdf
 from tests.answers import new_answer
 from tests.kept import known
@@ -156,7 +155,7 @@ def test_any_design_has_as_many_trials_as_check_says() -> None:
         if list(spec.faults(stimuli)):
             continue
         right += 1
-        sets = pair_groups(stimuli.names, stimuli, "scene", across).sets
+        sets = pairs_in_groups(stimuli.names, stimuli, "scene", across).sets
         assert len(spec.pairs(stimuli)) == len(sets)
         order = grouped_order(sets, 2, f"side {seed}", f"order {seed}")
         assert Counter((min(pair), max(pair)) for pair in order) == dict.fromkeys(sets, 2)

@@ -31,7 +31,7 @@ from analysis.scaling import (
 from analysis.scaling.expectation_propagation import approximate
 from analysis.scaling.learnt_prior import WIDTH_OF_SPREADS, posterior
 from documents.arrays import Floats
-from runner.blocks.pair_choice import PairChooser
+from extensions.adaptive_pairs import PairChooser
 from tests.choice import nightly
 from tests.kept import known
 

@@ -13,10 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks import Block, Stimuli
-from runner.blocks.orders import Pair, balanced, grouped_order
-from runner.blocks.pair_choice import GroupedChooser, shared_out
-from runner.blocks.pair_groups import pair_groups
+from extensions.adaptive_pairs import GroupedChooser, shared_out
+from runner.blocks import Block, Pair, Stimuli, pairs_in_groups
+from runner.blocks.orders import balanced, grouped_order
 from runner.ports import Ask, Compare
 from tests.runner.every_kind import entry, met, pairs_of, setting
 
@@ -69,7 +68,7 @@ def test_sides_balance_per_stimulus_and_between_neighbours(
     scenes: int, codecs: int, linked: bool, repeats: int, side_seed: str, order_seed: str
 ) -> None:
     stimuli = study(scenes, codecs)
-    sets = pair_groups(stimuli.names, stimuli, "scene", "codec" if linked else None).sets
+    sets = pairs_in_groups(stimuli.names, stimuli, "scene", "codec" if linked else None).sets
     order = grouped_order(sets, repeats, side_seed, order_seed)
     assert Counter((min(pair), max(pair)) for pair in order) == dict.fromkeys(sets, repeats)
     trials = Counter(item for pair in order for item in pair)
@@ -98,7 +97,7 @@ def test_each_side_of_a_pair_is_as_likely() -> None:
 
 @given(st.integers(2, 6), st.integers(3, 6), st.integers(1, 2), SEEDS)
 def test_neighbours_are_of_different_scenes(scenes: int, codecs: int, repeats: int, seed: str) -> None:
-    sets = pair_groups(study(scenes, codecs).names, study(scenes, codecs), "scene").sets
+    sets = pairs_in_groups(study(scenes, codecs).names, study(scenes, codecs), "scene").sets
     order = grouped_order(sets, repeats, seed, seed)
     shown = [sets[min(pair), max(pair)] for pair in order]
     assert all(one != other for one, other in pairwise(shown))
@@ -106,14 +105,14 @@ def test_neighbours_are_of_different_scenes(scenes: int, codecs: int, repeats: i
 
 @given(st.integers(3, 5), st.integers(3, 5), SEEDS)
 def test_no_stimulus_comes_twice_running_with_pairs_between_scenes(scenes: int, codecs: int, seed: str) -> None:
-    sets = pair_groups(study(scenes, codecs).names, study(scenes, codecs), "scene", "codec").sets
+    sets = pairs_in_groups(study(scenes, codecs).names, study(scenes, codecs), "scene", "codec").sets
     order = grouped_order(sets, 1, seed, seed)
     assert not any(set(one) & set(other) for one, other in pairwise(order))
 
 
 def test_the_grouped_order_of_one_seed_is_what_it_was() -> None:
     """A session is resumed under the order it began with, so the order must not change with the program."""
-    sets = pair_groups(study(2, 3).names, study(2, 3), "scene", "codec").sets
+    sets = pairs_in_groups(study(2, 3).names, study(2, 3), "scene", "codec").sets
     order = grouped_order(sets, 1, "side", "order")
     assert order == [(1, 4), (5, 2), (4, 3), (0, 1), (5, 4), (2, 0), (3, 5), (2, 1), (0, 3)]
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.blocks import Draw
-from runner.blocks.orders import Pair, grouped_order, pair_order
+from runner.blocks import Draw, Pair
+from runner.blocks.orders import grouped_order, pair_order
 from tests.runner.every_kind import setting
 
 SEEDS = st.text(max_size=8)

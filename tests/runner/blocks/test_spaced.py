@@ -9,7 +9,8 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.blocks.orders import repeated, spaced
+from runner.blocks import spaced
+from runner.blocks.orders import repeated
 
 
 @given(st.lists(st.sampled_from("abcd"), max_size=30), st.integers(0, 10_000))

@@ -10,16 +10,28 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from documents.yaml import Natural
-from runner.blocks.block import SECONDS_PER_TRIAL, Block, Draft, Fault, Steps, StimulusNames, chosen, name_faults
-from runner.blocks.context import BlockContext, Stimuli
-from runner.blocks.message import TimedKind
-from runner.blocks.orders import Pair
-from runner.blocks.pair_choice import Gain, GroupedChooser, PairChooser, shared_out
-from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
-from runner.blocks.pooled_choice import PooledChooser, pooled_batch
+from extensions.adaptive_pairs.pair_choice import Gain, GroupedChooser, PairChooser, shared_out
+from extensions.adaptive_pairs.pooled_choice import PooledChooser, pooled_batch
+from runner.blocks import (
+    SECONDS_PER_TRIAL,
+    Block,
+    BlockContext,
+    Draft,
+    Fault,
+    Pair,
+    PairGroups,
+    Pooled,
+    Steps,
+    Stimuli,
+    StimulusNames,
+    TimedKind,
+    chosen,
+    group_faults,
+    name_faults,
+    pairs_in_groups,
+)
 from runner.ports import Ask, ChooseBatch, Compare, Hold, answer
-from runner.views.field_types import OptionalFactor
-from runner.views.pair_views import SimultaneousView, Ties
+from runner.views import OptionalFactor, SimultaneousView, Ties
 
 Chooser = PairChooser | GroupedChooser | PooledChooser
 Grouped = tuple[tuple[str, ...], PairGroups | None]
@@ -38,6 +50,7 @@ class ActivePairs(TimedKind):
     observers, of all stations, that stand in the results folder.
     """
 
+    pairs_by_answers = True
     _last = ("ties",)
 
     kind: Literal["active_pairs"]
@@ -69,8 +82,8 @@ class ActivePairs(TimedKind):
         """Return the block as this observer begins it.
 
         The first answers follow a path through all stimuli in random order; then each batch is chosen by all the
-        answers that this observer gave, as `runner.blocks.pair_choice` says, or those of all observers, as
-        `runner.blocks.pooled_choice` says. The response time is that of the choice, as in `AllPairs`.
+        answers that this observer gave, as `pair_choice` says, or those of all observers, as `pooled_choice`
+        says. The response time is that of the choice, as in `AllPairs`.
         """
         view = SimultaneousView(
             setting.pair_layout(), setting.question, setting.style, self.ties, reference=setting.reference
@@ -90,7 +103,14 @@ class ActivePairs(TimedKind):
     def grouped(self, stimuli: Stimuli) -> Grouped:
         """Return the stimuli that take part, and the pairs within each group; None where all pairs may be asked."""
         names = chosen(self.stimuli, stimuli)
-        return names, None if self.within is None else pair_groups(names, stimuli, self.within)
+        return names, None if self.within is None else pairs_in_groups(names, stimuli, self.within)
+
+    def pooled(self, stimuli: Stimuli) -> Pooled | None:
+        """Return the stimuli, and the pairs within their groups, if they are chosen by the answers of all observers."""
+        if self.pool == "none":
+            return None
+        names, groups = self.grouped(stimuli)
+        return names, None if groups is None else groups.sets
 
     def most_at_once(self, stimuli: Stimuli) -> int:
         """Return how many pairs are chosen at a time, at most, within each group."""

@@ -21,8 +21,8 @@ from runner.protocol import Experiment, read_experiment
 from runner.session import Recorder
 from runner.session.pooling import MOST_S, RecordedPool, ResultsPool
 from tests.answers import changed
+from tests.extensions.adaptive_pairs.pooled_sessions import asked, leave_after, sit
 from tests.runner import every_kind as EVERY
-from tests.runner.pooled_sessions import asked, leave_after, sit
 
 Study = Any  # tests/conftest.py
 POOLED = "kind: active_pairs, trials: 24, pool: results, ties: both"

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
-from analysis.kinds.fields import Count
-from analysis.kinds.pair import PairRecord
-from analysis.kinds.trial import SoFar
+from analysis.kinds import Count, PairRecord, SoFar
 
 
 class ActivePairsRecord(PairRecord):

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from documents.arrays import Floats
-from runner.blocks.pair_choice import Gain
-from runner.blocks.pooled_choice import PooledChooser, pooled_batch
+from extensions.adaptive_pairs.pair_choice import Gain
+from extensions.adaptive_pairs.pooled_choice import PooledChooser, pooled_batch
 from runner.ports import PooledAnswers
 
 

@@ -9,7 +9,7 @@ import pytest
 from analysis.records import SessionLog, read_session, session_files
 from analysis.seals import check_log
 from runner.protocol import read_experiment
-from tests.runner.pooled_sessions import asked, sit
+from tests.extensions.adaptive_pairs.pooled_sessions import asked, sit
 
 Person = Any  # tests/conftest.py
 pytestmark = [pytest.mark.window, pytest.mark.nightly]

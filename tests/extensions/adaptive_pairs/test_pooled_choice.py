@@ -13,11 +13,10 @@ from pydantic import ValidationError
 
 from analysis.scaling import updated_posterior
 from documents import InputError
-from runner.blocks import ActivePairs, Stimuli
-from runner.blocks.pair_choice import gains
-from runner.blocks.pooled_choice import GRAIN, PooledChooser, pooled_batch
+from extensions.adaptive_pairs import ActivePairs, PooledChooser, gains, pooled_batch, pooled_study
+from extensions.adaptive_pairs.pooled_choice import GRAIN
+from runner.blocks import Stimuli
 from runner.ports import PooledAnswers
-from runner.reports.pooled_studies import pooled_study
 from tests.runner.every_kind import experiment
 
 NAMES = tuple(f"p{number:02d}" for number in range(20))
@@ -71,7 +70,7 @@ def test_stations_that_know_the_same_ask_different_pairs_that_are_nearly_as_good
 
 
 def test_gains_that_hardly_differ_are_left_to_chance_and_others_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("runner.blocks.pooled_choice.GRAIN", 1e-9)
+    monkeypatch.setattr("extensions.adaptive_pairs.pooled_choice.GRAIN", 1e-9)
     known = others()
     first, second = (chooser(seed).choose(known) for seed in ("one", "two"))
     assert {frozenset(pair) for pair in first.pairs} == {frozenset(pair) for pair in second.pairs}

@@ -25,7 +25,7 @@ import numpy as np
 
 from analysis.scaling import Posterior, updated_posterior
 from documents.arrays import Floats
-from runner.blocks.orders import Pair, spaced
+from runner.blocks import Pair, spaced
 
 Gain: TypeAlias = Literal["variance", "entropy"]
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from analysis.scaling import Posterior, learnt_posterior, updated_posterior
 from analysis.scaling.learnt_prior import posterior
 from documents.arrays import Floats
-from runner.blocks.pair_choice import Gain, PairChooser, best_matching, entropy_gain, gains, variance_gain
+from extensions.adaptive_pairs import Gain, PairChooser, best_matching, entropy_gain, gains, variance_gain
 
 
 def _entropy(p: Floats) -> Floats:

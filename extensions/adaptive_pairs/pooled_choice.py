@@ -1,6 +1,6 @@
 """Which pairs to ask about next, by the answers of all observers together.
 
-As in `runner.blocks.pair_choice`, each batch is the matching of the highest expected information, but that
+As in `pair_choice`, each batch is the matching of the highest expected information, but that
 
 - a pair that this observer was asked about is left out until all others of its group were asked as often;
 - gains within `GRAIN` of each other count as equal, and each observer's own chance decides between them: stations that
@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from analysis.records import PooledBatch, wins_digest
 from analysis.scaling import Posterior, updated_posterior
 from documents.arrays import Floats
-from runner.blocks.orders import Pair, spaced
-from runner.blocks.pair_choice import Gain, apart_from, best_matching, gains, sided
+from extensions.adaptive_pairs.pair_choice import Gain, apart_from, best_matching, gains, sided
+from runner.blocks import Pair, spaced
 from runner.ports import PooledAnswers
 
 GRAIN = 0.1

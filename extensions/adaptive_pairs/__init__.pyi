@@ -1,0 +1,12 @@
+from .block import ActivePairs as ActivePairs
+from .pair_choice import Gain as Gain
+from .pair_choice import GroupedChooser as GroupedChooser
+from .pair_choice import PairChooser as PairChooser
+from .pair_choice import best_matching as best_matching
+from .pair_choice import entropy_gain as entropy_gain
+from .pair_choice import gains as gains
+from .pair_choice import shared_out as shared_out
+from .pair_choice import variance_gain as variance_gain
+from .pooled_choice import PooledChooser as PooledChooser
+from .pooled_choice import pooled_batch as pooled_batch
+from .pooled_studies import pooled_study as pooled_study
