@@ -22,6 +22,8 @@ def _refuse_hidden() -> None:
     for package in ("documents", "devices", "stimuli", "analysis", "runner", "extensions"):
         spec = find_spec(package)
         places = [] if spec is None else list(spec.submodule_search_locations or [spec.origin or ""])
+        if not places and package == "extensions":
+            continue  # the core runs without it
         if not any(Path(place).resolve() == (_HERE / package).resolve() for place in places):
             where = f"{places[0]} hides it" if places else "it is not installed beside cyclopean"
             raise ImportError(f"cyclopean needs its own package '{package}', but {where}; rename that file or folder")
