@@ -20,11 +20,9 @@ _HERE = Path(__file__).parents[1]
 def _refuse_hidden() -> None:
     """Say so if a file of the user hides one of the packages that this one calls."""
     for package in ("documents", "devices", "stimuli", "analysis", "runner", "extensions"):
-        spec = find_spec(package)
-        places = [] if spec is None else list(spec.submodule_search_locations or [spec.origin or ""])
-        if not places and package == "extensions":
-            continue  # the core runs without it
-        if not any(Path(place).resolve() == (_HERE / package).resolve() for place in places):
+        places = list(spec.submodule_search_locations or [spec.origin or ""]) if (spec := find_spec(package)) else []
+        own = any(Path(place).resolve() == (_HERE / package).resolve() for place in places)
+        if not own and (places or package != "extensions"):  # the core runs without it
             where = f"{places[0]} hides it" if places else "it is not installed beside cyclopean"
             raise ImportError(f"cyclopean needs its own package '{package}', but {where}; rename that file or folder")
 
