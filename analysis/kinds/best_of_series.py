@@ -26,7 +26,7 @@ class BestOfSeriesRecord(RatedRecord):
     description = "a series to browse, one stimulus chosen"
     did = "chose one picture from each series"
     counted_as = ("choice", "choices")
-    report_part = "analysis.report.series:series_part"
+    report_part = "series"
     not_reported: ClassVar[Mapping[str, str]] = {
         "rating_times_s": TIMES,
         "start": "the picture that was shown first",

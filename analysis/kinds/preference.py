@@ -19,7 +19,7 @@ class PreferenceRecord(PairRecord):
     description = "two intervals, one chosen"
     did = "chose between the stereo and the flat version of pictures"
     counted_as = ("preference", "preferences")
-    report_part = "analysis.report.ratings:preferences_part"
+    report_part = "preferences"
     not_reported: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(("answer", "chosen", "rejected"), "as chosen_view says"),
         "first_position": "where the first picture stood",

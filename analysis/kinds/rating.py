@@ -50,7 +50,7 @@ class RatingRecord(RatedRecord):
     description = "one stimulus, rated on a scale"
     did = "rated single stimuli"
     counted_as = ("stimulus rated", "rating screens")
-    report_part = "analysis.report.ratings:ratings_part"
+    report_part = "ratings"
     not_reported: ClassVar[Mapping[str, str]] = {"rating_times_s": TIMES, "response_time_s": TIME}
 
     asked: ClassVar[tuple[str, ...]] = ("stimulus",)

@@ -127,7 +127,7 @@ class Trial(Fields):
     not_reported: ClassVar[Mapping[str, str]] = {}
     """What the report does not show: fields, or with a dot those within one, and what each is."""
     report_part: ClassVar[str] = ""
-    """The function that makes the report's part on them, as MODULE:NAME; empty where there is none."""
+    """The name of the report's part on them, in `cyclopean.report_parts`; empty where there is none."""
     did: ClassVar[str] = ""
     """What observers did, for Methods; {stimuli} is the number of stimuli."""
     counted_as: ClassVar[tuple[str, str]] = ("", "")

@@ -7,8 +7,10 @@ from .factors import factors_section as factors_section
 from .grouped import common_names as common_names
 from .observers import observers_section as observers_section
 from .page import write_report as write_report
+from .part import PARTS as PARTS
 from .part import Part as Part
 from .part import draws_of_means as draws_of_means
+from .part import parts_of as parts_of
 from .references import Citations as Citations
 from .report import Report as Report
 from .series import rating_figure as rating_figure

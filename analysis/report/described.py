@@ -87,7 +87,7 @@ def describe(
         what = "the results hold no answer"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
     pairs, grouped = _compared(remaining, alpha, adjust, covariance)
-    parts = parts_of(remaining)
+    parts, not_made = parts_of(remaining)
     compared = pairs or grouped
     notes = [*kept.notes]
     notes += compared.notes if compared else [*on_sessions(remaining), *_without_scores(remaining)]
@@ -109,7 +109,9 @@ def describe(
         group_reviews=group_reviews_of(grouped) if grouped else {},
         parts=parts,
         notes=tuple(dict.fromkeys(notes)),
-        failed=failed_checks(remaining, compared, observers, [failed for part in parts for failed in part.failed]),
+        failed=failed_checks(
+            remaining, compared, observers, [*not_made, *(failed for part in parts for failed in part.failed)]
+        ),
     )
     report = replace(report, conclusions=conclusions_of(report))
     return replace(report, methods=methods_of(report, given or {}))

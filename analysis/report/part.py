@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 from analysis.classes.conclusions import Conclusion
@@ -14,6 +13,7 @@ from analysis.report.checks import FailedCheck
 from analysis.report.references import Citations
 from analysis.scaling.robust_tests import SEED, draws_for
 from analysis.series import observer_means
+from documents.extensions import ExtensionError, Registry
 from documents.pages import Section
 
 
@@ -68,10 +68,38 @@ def draws_of_weights(observers: int) -> str:
     return f"{draws_for(observers):,} draws for each test by bootstrap over observers (seed {SEED})"
 
 
-def parts_of(sessions: Sequence[SessionLog]) -> tuple[Part, ...]:
-    """Return the parts that have answers in ``sessions``, in the order of the kinds that name them."""
-    named = dict.fromkeys(filter(None, (record.report_part for record in KINDS.values())))
-    found = (
-        getattr(import_module(module), name)(sessions) for module, _, name in (each.partition(":") for each in named)
-    )
-    return tuple(part for part in found if part is not None)
+# By the name that a kind of record has for it.
+PARTS: Registry[Callable[[Sequence[SessionLog]], Part | None]] = Registry(
+    "cyclopean.report_parts",
+    {
+        "ratings": "analysis.report.ratings:ratings_part",
+        "preferences": "analysis.report.ratings:preferences_part",
+        "series": "analysis.report.series:series_part",
+    },
+    lambda name, kind: None if callable(kind) else "is no function that returns a part",
+)
+
+
+def parts_of(sessions: Sequence[SessionLog]) -> tuple[tuple[Part, ...], tuple[FailedCheck, ...]]:
+    """Return the parts that have answers in ``sessions``, in the order of the kinds that name them.
+
+    A part of another package that cannot be made is a failed check, and the others stay as they are.
+    """
+    parts, failed = [], []
+    for name in dict.fromkeys(filter(None, (record.report_part for record in KINDS.values()))):
+        try:
+            part = _part(name, sessions)
+        except ExtensionError as error:
+            finding = error.findings[0]
+            failed.append(FailedCheck(f"The part '{name}' of the report", finding.message, finding.remedy or ""))
+        else:
+            parts += [part] if part is not None else []
+    return tuple(parts), tuple(failed)
+
+
+def _part(name: str, sessions: Sequence[SessionLog]) -> Part | None:
+    with PARTS.blamed(name):
+        part = PARTS.wanted(name, "part of the report")(sessions)
+        if part is not None and PARTS.offer(name):  # what it says later is tried here, where its package can be named
+            part.sections({}), part.analysis(Citations()), tuple(part.conclusions())
+    return part

@@ -13,6 +13,7 @@ import numpy as np
 
 from analysis.kinds import Trial
 from analysis.records import SessionLog, read_session, session_files
+from analysis.report import parts_of
 from cyclopean.answers import report
 from cyclopean.datasets import export_bids
 from cyclopean.pictures import write_picture
@@ -101,6 +102,8 @@ def prove_block(entry: str, folder: str | Path, *, cuts: int = 60, backend: Back
         "a resumed session lost one",
     )
     must(answers_of(study.replayed(whole)) == told, "a replay records the same", "a replay recorded other answers")
+    for part in parts_of([whole])[1]:
+        must(False, "its part of the report is made", part.reason)
     page = report(study.folder / "whole", output=study.folder / "report.html", with_simulated=True)
     export_bids(study.folder / "whole", folder=study.folder / "bids", with_simulated=True)
     return Proof(len(told), len(torn), page)

@@ -19,7 +19,7 @@ class ThresholdRecord(Trial):
     description = "a stimulus at a level of a factor that follows the answers, detected or not"
     did = "detected stimuli at levels that were chosen by earlier answers"
     counted_as = ("trial at a threshold", "trials at thresholds")
-    report_part = "extensions.thresholds.report:thresholds_part"
+    report_part = "thresholds"
     not_reported: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(("correct", "stimulus"), "follows from the other fields"),
         "first_position": "where the first picture stood",

@@ -20,7 +20,7 @@ class ScreeningRecord(Trial):
 
     answers_task = False
     description = "a test of the observer's vision"
-    report_part = "extensions.vision_tests.report:vision_part"
+    report_part = "vision"
     no_stimulus: ClassVar[tuple[str, ...]] = ("test",)
 
     @classmethod

@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar
 
 from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
+from analysis.report import PARTS
 from devices.display import AskMonitor, Rig, panel_of_monitor, read_rig
 from devices.readings import INSTRUMENTS, READERS
 from devices.timing_marks import MARKS
@@ -348,6 +349,7 @@ def _package(name: str) -> PackageReport:
 REGISTRIES: tuple[Registry[Any], ...] = (
     BLOCKS,
     KINDS,
+    PARTS,
     RECIPES,
     MEASURES,
     READERS,

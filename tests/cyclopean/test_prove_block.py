@@ -6,21 +6,30 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from analysis.records import read_session, session_files
+from analysis.kinds import KINDS, new_trial
+from analysis.records import SessionLog, new_header, read_session, session_files
+from analysis.report import PARTS, describe
 from cyclopean.testing import prove_block
 from documents import InputError
 from tests.runner.every_kind import VARIANTS, written
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = "same_or_different"
+POINTS = {
+    "blocks": f"{PACKAGE}.block:SameOrDifferent",
+    "records": f"{PACKAGE}.record:SameOrDifferentRecord",
+    "report_parts": f"{PACKAGE}.report:part",
+}
 # What is changed in the example's block, and the promise that is said to be broken; as it is, none is.
 CASES = {
     "as it is": ("", "", "kept"),
     "shows another": ("view.interval(number, name)", "view.interval(number, other)", "names what was shown"),
+    "no part": ("return float(2", "return 1 / 0 + float(2", "part of the report is made"),
     "no seed": ('random.Random(f"{setting.own_seed}/same_or_different")', "random.Random()", "equal sessions"),
     "by the process": ("second = first if", "second = other if next(_shown) > 60 else first if", "where it stopped"),
 }
@@ -61,7 +70,7 @@ def test_what_a_package_adds_is_listed_recorded_and_missed(tmp_path: Path) -> No
     (tmp_path / "proof").mkdir()
     assert "cyclopean-same-or-different 1.0" in _run(tmp_path, "-m", "cyclopean", "--version").stdout
     listed = json.loads(_run(tmp_path, "-m", "cyclopean", "doctor", "--json").stdout)["extensions"]
-    assert listed == {"cyclopean-same-or-different 1.0": [f"{PACKAGE} (blocks)", f"{PACKAGE} (records)"]}
+    assert listed == {"cyclopean-same-or-different 1.0": [f"{PACKAGE} ({group})" for group in POINTS]}
     _run(tmp_path, "-c", PROOF, str(tmp_path / "proof"))
     (log,) = session_files(tmp_path / "proof/whole")
     header = json.loads(log.read_text(encoding="utf-8").splitlines()[0])
@@ -84,8 +93,7 @@ def _install(site: Path, old: str = "", new: str = "") -> None:
     facts = site / "cyclopean_same_or_different-1.0.dist-info"
     facts.mkdir(parents=True)
     (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: cyclopean-same-or-different\nVersion: 1.0\n")
-    points = {"blocks": f"{PACKAGE}.block:SameOrDifferent", "records": f"{PACKAGE}.record:SameOrDifferentRecord"}
-    lines = [f"[cyclopean.{group}]\n{PACKAGE} = {target}\n" for group, target in points.items()]
+    lines = [f"[cyclopean.{group}]\n{PACKAGE} = {target}\n" for group, target in POINTS.items()]
     (facts / "entry_points.txt").write_text("".join(lines))
     (site / PACKAGE).mkdir()
     for file in (ROOT / "examples/extension" / PACKAGE).glob("*.py"):
@@ -94,3 +102,18 @@ def _install(site: Path, old: str = "", new: str = "") -> None:
             "import itertools\n\n_shown = itertools.count()\n" if file.stem == "block" else ""
         )
         (site / PACKAGE / file.name).write_text(text, encoding="utf-8")
+
+
+def test_a_part_that_cannot_be_made_costs_the_report_nothing_else(
+    install: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair = ({"name": "a"}, {"name": "b"})
+    header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=pair)
+    answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
+    trial = new_trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
+    log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    install("torn", "CYCLOPEAN_INTERFACE = 1\ndef part(sessions):\n    raise OSError", group=PARTS.group, torn="part")
+    monkeypatch.setattr(KINDS["all_pairs"], "report_part", "torn")
+    found = describe([log])
+    assert found.pairs is not None
+    assert ["torn 1.0" in check.reason for check in found.failed if "'torn'" in check.check] == [True]

@@ -14,7 +14,7 @@ class SameOrDifferentRecord(Trial):
     description = "two pictures one after the other, called the same or different"
     did = "told whether two pictures were the same"
     counted_as = ("same-or-different trial", "same-or-different trials")
-    report_part = "same_or_different.report:part"
+    report_part = "same_or_different"
     asked: ClassVar[tuple[str, ...]] = ("first", "second")
 
     first: Name
