@@ -29,6 +29,7 @@ from analysis.scaling.shown import Published, group_blocks, score_blocks
 from documents import Finding
 from documents.pages import Badge, Block, Paragraph
 
+_KEYS = {"series", "ratings", *Report.json_keys.values(), *(name.split(".")[-1] for name in Report.json_names.split())}
 SHUFFLES = 999  # permutations for the test against unrelated preferences: p to three digits
 
 
@@ -87,8 +88,8 @@ def describe(
         what = "the results hold no answer"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
     pairs, grouped = _compared(remaining, alpha, adjust, covariance)
-    parts, not_made = parts_of(remaining)
     compared = pairs or grouped
+    parts, not_made = parts_of(remaining, lambda: {*_KEYS, *(compared.to_json() if compared else ())})
     notes = [*kept.notes]
     notes += compared.notes if compared else [*on_sessions(remaining), *_without_scores(remaining)]
     said = {sentence for part in parts for sentence in part.sentences}  # they are in the head of the page

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,15 +80,19 @@ PARTS: Registry[Callable[[Sequence[SessionLog]], Part | None]] = Registry(
 )
 
 
-def parts_of(sessions: Sequence[SessionLog]) -> tuple[tuple[Part, ...], tuple[FailedCheck, ...]]:
+def parts_of(
+    sessions: Sequence[SessionLog], taken: Callable[[], Collection[str]] = tuple
+) -> tuple[tuple[Part, ...], tuple[FailedCheck, ...]]:
     """Return the parts that have answers in ``sessions``, in the order of the kinds that name them.
 
-    A part of another package that cannot be made is a failed check, and the others stay as they are.
+    A part of another package that cannot be made, or whose key is another's or one that ``taken`` returns, is a failed
+    check, and the others stay as they are.
     """
-    parts, failed = [], []
+    parts: list[Part] = []
+    failed = []
     for name in dict.fromkeys(filter(None, (record.report_part for record in KINDS.values()))):
         try:
-            part = _part(name, sessions)
+            part = _part(name, sessions, taken, [one.key for one in parts])
         except ExtensionError as error:
             finding = error.findings[0]
             failed.append(FailedCheck(f"The part '{name}' of the report", finding.message, finding.remedy or ""))
@@ -97,9 +101,13 @@ def parts_of(sessions: Sequence[SessionLog]) -> tuple[tuple[Part, ...], tuple[Fa
     return tuple(parts), tuple(failed)
 
 
-def _part(name: str, sessions: Sequence[SessionLog]) -> Part | None:
+def _part(
+    name: str, sessions: Sequence[SessionLog], taken: Callable[[], Collection[str]], others: Collection[str]
+) -> Part | None:
     with PARTS.blamed(name):
         part = PARTS.wanted(name, "part of the report")(sessions)
         if part is not None and PARTS.offer(name):  # what it says later is tried here, where its package can be named
+            if part.key and part.key in {*others, *taken()}:
+                raise ValueError(f"its key '{part.key}' is taken")
             part.sections({}), part.analysis(Citations()), tuple(part.conclusions())
     return part

@@ -104,16 +104,21 @@ def _install(site: Path, old: str = "", new: str = "") -> None:
         (site / PACKAGE / file.name).write_text(text, encoding="utf-8")
 
 
-def test_a_part_that_cannot_be_made_costs_the_report_nothing_else(
-    install: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("key", ["", "notes", "ratings", "goodness_of_fit"])
+def test_a_part_that_cannot_be_made_or_hides_another_result_costs_the_report_nothing_else(
+    key: str, install: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pair = ({"name": "a"}, {"name": "b"})
     header = new_header("views", "01", "s1", "2026-01-31T09:30:00Z", seed=1, stimuli=pair)
     answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
     trial = new_trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
     log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
-    install("torn", "CYCLOPEAN_INTERFACE = 1\ndef part(sessions):\n    raise OSError", group=PARTS.group, torn="part")
-    monkeypatch.setattr(KINDS["all_pairs"], "report_part", "torn")
+    made = f"from analysis.report import Part\n    return Part({key!r})" if key else "raise OSError"
+    package = f"torn_{key}"
+    install(
+        package, f"CYCLOPEAN_INTERFACE = 1\ndef part(sessions):\n    {made}", group=PARTS.group, **{package: "part"}
+    )
+    monkeypatch.setattr(KINDS["all_pairs"], "report_part", package)
     found = describe([log])
     assert found.pairs is not None
-    assert ["torn 1.0" in check.reason for check in found.failed if "'torn'" in check.check] == [True]
+    assert [f"{package} 1.0" in check.reason for check in found.failed if package in check.check] == [True]
