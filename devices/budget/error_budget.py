@@ -30,7 +30,7 @@ class StepCost:
 
     Examples
     --------
-    >>> Cost.of(np.array([0.0, 0.1, 0.2])).max
+    >>> StepCost.of(np.array([0.0, 0.1, 0.2])).max
     0.2
     """
 
@@ -54,7 +54,7 @@ class BudgetRow(JsonResult):
 
     Examples
     --------
-    >>> BudgetRow(Step.CROSSTALK, "not measured", None).to_json()
+    >>> BudgetRow(PathStep.CROSSTALK, "not measured", None).to_json()
     {'step': 'crosstalk_left', 'words': 'not measured', 'left': None, 'right': None}
     """
 
@@ -76,8 +76,8 @@ class ErrorBudget(JsonResult):
 
     Examples
     --------
-    >>> budget = ErrorBudget("two greys", (BudgetRow(Step.CROSSTALK, "not measured", None),))
-    >>> budget.row(Step.CROSSTALK).words
+    >>> budget = ErrorBudget("two greys", (BudgetRow(PathStep.CROSSTALK, "not measured", None),))
+    >>> budget.row(PathStep.CROSSTALK).words
     'not measured'
     """
 

@@ -40,7 +40,7 @@ class Mixed:
     >>> path = Mixed(models, filters, Encoding(levels=255, entries=1024, dithered=False))
     >>> grey = np.outer([0.1, 0.2], models.left.white_XYZ_cd_m2)
     >>> sorted(path.differences({"left": grey, "right": grey}))[-2:]
-    [<Step.HALF_FLOATS: 'half_floats'>, <Step.LOOK_UP_TABLE: 'look_up_table'>]
+    [<PathStep.HALF_FLOATS: 'half_floats'>, <PathStep.LOOK_UP_TABLE: 'look_up_table'>]
     """
 
     models: EyeModels

@@ -81,8 +81,8 @@ def joined_differences(parts: Sequence[Mapping[PathStep, Mapping[Eye, Floats]]])
 
     Examples
     --------
-    >>> part = {Step.CODES: {"left": np.array([0.1]), "right": np.array([0.3])}}
-    >>> joined_differences([part, part])[Step.CODES]["right"].tolist()
+    >>> part = {PathStep.CODES: {"left": np.array([0.1]), "right": np.array([0.3])}}
+    >>> joined_differences([part, part])[PathStep.CODES]["right"].tolist()
     [0.3, 0.3]
     """
     return {step: {eye: np.concatenate([part[step][eye] for part in parts]) for eye in EYES} for step in parts[0]}
@@ -110,7 +110,7 @@ class OwnPixels:
     >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
     >>> path = OwnPixels(models, Encoding(levels=255, entries=1024, dithered=False))
     >>> grey = np.outer([0.1, 0.2], models.left.white_XYZ_cd_m2)
-    >>> bool(path.differences({"left": grey, "right": grey})[Step.CODES]["left"].max() < 1.0)
+    >>> bool(path.differences({"left": grey, "right": grey})[PathStep.CODES]["left"].max() < 1.0)
     True
     """
 

@@ -60,7 +60,7 @@ def rig_budget(rig: Rig, encoding: Encoding | None = None) -> ErrorBudget:
     >>> from pathlib import Path
     >>> from devices.display import read_rig
     >>> budget = rig_budget(read_rig(Path("configs/rigs/asus_vg248qe_3dvision.yaml")))
-    >>> bool(budget.row(Step.CODES).eyes["left"].mean < 0.2), budget.row(Step.CROSSTALK).words
+    >>> bool(budget.row(PathStep.CODES).eyes["left"].mean < 0.2), budget.row(PathStep.CROSSTALK).words
     (True, 'not measured')
     """
     mode = find_mode(rig.mode, ModeOptions.parse(rig.spec.mode_options))

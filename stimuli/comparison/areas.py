@@ -184,7 +184,7 @@ def area_means(
 ) -> tuple[AreaMean, ...]:
     """Return the mean colour of each area of a picture, (height, width, 3), in one pass over the rows that are needed.
 
-    ``outlines`` are names and outlines (n, 2) in pixels as `Region` has them; ``what`` is what messages call the
+    ``outlines`` are names and outlines (n, 2) in pixels as `PairedArea` has them; ``what`` is what messages call the
     picture. ``rows_done`` is called with how many rows of how many are done.
 
     Raises
