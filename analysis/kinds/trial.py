@@ -274,12 +274,12 @@ class OutcomeRecord(Trial):
     @property
     def passed(self) -> bool:
         """Whether the test was passed."""
-        raise NotImplementedError
+        raise NotImplementedError  # each kind says it; `SessionLog.of` takes no abstract class
 
     @property
     def reached(self) -> str:
         """What was reached, such as "passed 200 arcsec, pass mark 140 arcsec"."""
-        raise NotImplementedError
+        raise NotImplementedError  # each kind says it; `SessionLog.of` takes no abstract class
 
     @property
     def words(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -146,6 +147,7 @@ class MarksSpec(MarksKind):
 
     part = "extensions.marks.session:SentMarks"
 
+    @abstractmethod
     def open_port(self) -> MarkPort:
         """Open the port, which no other program has.
 
@@ -154,7 +156,6 @@ class MarksSpec(MarksKind):
         MarkError
             If it cannot be opened; the message names the port and what to do.
         """
-        raise NotImplementedError
 
     @contextmanager
     def loopback(self) -> Iterator[Loopback | None]:
@@ -196,5 +197,4 @@ class CodedMarks(MarksSpec):
 
     def code(self, marked: Marked) -> Code | None:
         """Return the byte of the first of ``codes`` that fits ``marked``, else that of its event; None for no mark."""
-        fitting = (code for rule, code in self.codes.items() if marked.fits(rule))
-        return next(fitting, super().code(marked))
+        return next((code for rule, code in self.codes.items() if marked.fits(rule)), super().code(marked))

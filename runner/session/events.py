@@ -146,7 +146,7 @@ class Listener(Protocol):
         """Act on ``event``, or pass it over."""
 
 
-# Of other packages: each is made anew for a session that names it.
+# Listeners of other packages, by name: a class, of which each session that names it has an object.
 LISTENERS: Registry[Callable[[], Listener]] = Registry(
     "cyclopean.listeners",
     {},

@@ -259,7 +259,7 @@ def test_odd_displays_in_every_set_of_patches(
 def _judged(levels: Sequence[float], name: str = "white", code: float = 1.0, **patch: float) -> list[str]:
     judge, kinds = Judge(), []
     for position, level in enumerate(levels):
-        step = PatchTurn(position, f"{name}#{position}", Patch(name, (code, code, code), **patch))  # type: ignore[arg-type]
+        step = PatchTurn(position, f"{name}#{position}", Patch(name, (code, code, code), **patch))  # type: ignore[arg-type]  # wait_s alone
         doubt = judge.doubt(step, Reading((level, level, level)))
         kinds.append(doubt.kind if doubt else "")
     return kinds
