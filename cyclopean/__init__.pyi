@@ -1,6 +1,7 @@
 from .answers import read_results as read_results
 from .answers import report as report
 from .answers import verify as verify
+from .datasets import export as export
 from .datasets import export_bids as export_bids
 from .pictures import build as build
 from .pictures import compare as compare

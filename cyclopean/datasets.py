@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from documents.options import made, taking
-from extensions.bids import About, export_results
+from runner.reports import About, export_results
 
 
 @taking(About, "facts")
-def export_bids(*places: str | Path, folder: str | Path, **options: Any) -> Path:
-    """Write results as a BIDS dataset, as `cyclopean export` does and with the same options.
+def export(*places: str | Path, folder: str | Path, to: str = "bids", **options: Any) -> Path:
+    """Write results as a BIDS dataset, or in another form, as `cyclopean export` does and with the same options.
 
     Parameters
     ----------
@@ -19,8 +19,10 @@ def export_bids(*places: str | Path, folder: str | Path, **options: Any) -> Path
         Folders of sessions, from one station or many, or single session logs.
     folder
         Folder of the dataset; an earlier export there is replaced.
+    to
+        Form of the dataset: bids, or one that another package adds.
     **options
-        Those of `extensions.bids.About` by their names, such as ``name="Gloss"`` or ``with_simulated=True``.
+        Those of `runner.reports.About` by their names, such as ``name="Gloss"`` or ``with_simulated=True``.
 
     Returns
     -------
@@ -30,6 +32,11 @@ def export_bids(*places: str | Path, folder: str | Path, **options: Any) -> Path
     Raises
     ------
     InputError
-        If there is no session, logs are damaged or contradict each other, or ``folder`` has other files.
+        If nobody offers that form, there is no session, logs are damaged or contradict each other, or ``folder`` has
+        other files.
     """
-    return export_results([Path(place) for place in places], Path(folder), made(About, options)).folder
+    return export_results([Path(place) for place in places], Path(folder), to, made(About, options)).folder
+
+
+# As it was called while BIDS was the one form.
+export_bids = export

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from documents.files.atomic import write_whole
 from documents.files.cached_json import read_cached_json
-from documents.findings import Finding, InputError
+from documents.findings import Finding, InputError, WorkError
 from documents.platform import user_folder
 from documents.text import did_you_mean
 
@@ -228,7 +228,7 @@ class Registry(Mapping[str, Kind]):
 
     @contextmanager
     def blamed(self, name: str) -> Iterator[None]:
-        """Name the package of a kind that raises what is no InputError; what a kind of ours raises stays as it is.
+        """Name the package of a kind that raises no error of ours; what a kind of ours raises stays as it is.
 
         Raises
         ------
@@ -238,7 +238,7 @@ class Registry(Mapping[str, Kind]):
         try:
             yield
         except Exception as error:
-            if isinstance(error, InputError) or not (offer := self.offer(name)):
+            if isinstance(error, InputError | WorkError) or not (offer := self.offer(name)):
                 raise
             now = replace(offer, version=version_of(offer))
             raise ExtensionError(now, f"it raised {_said(error)}") from error

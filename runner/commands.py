@@ -17,7 +17,7 @@ COMMANDS = {
     "run": "Run a session with an observer.",
     "watch": "Show the sessions that are running, on this station and others.",
     "report": "Write an HTML report on the results of one experiment.",
-    "export": "Write results as a BIDS dataset.",
+    "export": "Write results as a BIDS dataset, or in another form.",
     "verify": "Check that results are as they were recorded.",
     "seal": "Write down the SHA-256 of every file of results.",
     "scores": "Fit scores and perceptual classes to a table of paired comparisons.",
@@ -61,7 +61,7 @@ GROUPS = {
     },
 }
 # Those of our extensions have a line above, so that the help loads nothing. `camera fit` is offered as "camera.fit".
-_EXTENSIONS = ("agreement", "camera.bracket", "camera.fit", "export")
+_EXTENSIONS = ("agreement", "camera.bracket", "camera.fit")
 # Where each of the core's is.
 OURS = {
     name: f"runner.cli.functions:{name.replace('.', '_')}_command"

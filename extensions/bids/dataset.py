@@ -16,9 +16,9 @@ from analysis.records import WhoAnswered
 from documents import Finding
 from documents.files import read_cached_json, whole_folder
 from documents.text import counted
-from extensions.bids.options import About
 from extensions.bids.sources import Source
 from extensions.bids.text import escape, write_json, write_table
+from runner.reports import About
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"

@@ -10,9 +10,9 @@ import hashlib
 import re
 import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from analysis.errors import ResultsError
 from analysis.records import Header, Record, SessionLog, SessionTimes, WhoAnswered, kept_files, read_session
@@ -21,17 +21,18 @@ from documents.files import MOST_LOG_BYTES, read_regular
 from documents.text import counted
 from extensions.bids.columns import FIXED, BidsColumn, ColumnCollector, flatten
 from extensions.bids.dataset import check_replaceable, replacing, write_dataset_files
-from extensions.bids.options import About
 from extensions.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_sidecar, task_sidecar, trial_type
 from extensions.bids.sources import Source, find_sources, log_files, without_simulated
 from extensions.bids.text import MISSING, cell, write_json, write_table
+from runner.reports import About as About
+from runner.reports import Exported
 
 Progress = Callable[[str, int, int], None]
 FactsOf = Callable[[Header, Collection[str], Path], Mapping[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
-class Export:
+class Export(Exported):
     """What was exported; ``copies`` are pairs of the file that was exported and its copy.
 
     ``who`` says who answered in them, ``left_out`` how many sessions of simulated observers are not in the dataset,
@@ -39,16 +40,15 @@ class Export:
     ``doubts`` are sentences on observers' codes that may be of two people, or were changed.
     """
 
-    folder: Path
     participants: int
-    sessions: int
-    trials: int
     tasks: Mapping[str, str]
     copies: tuple[tuple[Path, Path], ...]
     notes: int
     who: WhoAnswered
     left_out: int = 0
     doubts: tuple[str, ...] = ()
+    json_names: ClassVar = "folder participants sessions trials tasks copies notes doubts simulated left_out"
+    json_keys: ClassVar = {"left_out": "simulated_left_out"}
 
     @property
     def simulated(self) -> int:
@@ -81,13 +81,6 @@ class Export:
             same = f"; a person and a simulated observer share the code {', '.join(shared)}" if shared else ""
             are = "is" if self.simulated == 1 else "are"
             yield f"{self.simulated} of {self.sessions} sessions {are} simulated, by the column simulated{same}"
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the export as an object for JSON."""
-        copies = [[str(kept), str(copy)] for kept, copy in self.copies]
-        values = {**asdict(self), "folder": str(self.folder), "tasks": dict(self.tasks), "copies": copies}
-        del values["who"]
-        return values | {"simulated": self.simulated, "simulated_left_out": values.pop("left_out")}
 
 
 @dataclass(slots=True)
@@ -196,9 +189,9 @@ def export_dataset(
     progress("Writing sessions", len(read.sources), len(read.sources))
     return Export(
         folder,
-        len({source.observer for source in read.sources}),
         len(read.sources),
         trials,
+        len({source.observer for source in read.sources}),
         {source.task: source.experiment for source in read.sources},
         read.copies,
         notes,

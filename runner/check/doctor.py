@@ -30,6 +30,7 @@ from runner.presenter.surfaces.keyboard import Keyboard, examine_keyboard
 from runner.presenter.surfaces.opening import BACKENDS, open_surface
 from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import Buffer
+from runner.reports.export import EXPORTERS
 from runner.session.events import LISTENERS
 from runner.session.header import software
 from runner.session.rig_part import Measured, parts_of
@@ -356,6 +357,7 @@ REGISTRIES: tuple[Registry[Any], ...] = (
     INSTRUMENTS,
     MARKS,
     LISTENERS,
+    EXPORTERS,
     commands(),
 )
 

@@ -30,6 +30,7 @@ FUNCTIONS: Mapping[str, Callable[[], click.Command]] = MappingProxyType(
             leave_out={"root", "viewing"},
             work=True,
         ),
+        "export": partial(command_of, "runner.reports.export.export_results", leave_out={"facts"}),
         "verify": partial(command_of, "analysis.seals.check.check_results"),
         "seal": partial(command_of, "runner.session.sealing.seal"),
         "watch": partial(

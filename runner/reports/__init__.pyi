@@ -6,6 +6,10 @@ from .demo import Demo as Demo
 from .demo import run_demo as run_demo
 from .display.figure import draw_panel as draw_panel
 from .display.page import short as short
+from .export import EXPORTERS as EXPORTERS
+from .export import Exported as Exported
+from .export import export_results as export_results
+from .options import About as About
 from .options import PowerOptions as PowerOptions
 from .options import ReportOptions as ReportOptions
 from .options import ScoresOptions as ScoresOptions

@@ -1,8 +1,8 @@
-"""How results are reported, and how the power of an experiment is found: the options of both, in Python and typed."""
+"""How results are reported and exported, and the power of an experiment found: the options, in Python and typed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
@@ -60,6 +60,31 @@ class ReportOptions(ClassOptions):
     csv_folder: Annotated[Path | None, Typed("--csv")] = None
     figure_folder: Annotated[Path | None, Typed("--figures")] = None
     replace: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What a dataset says of itself, and whose sessions are in it.
+
+    Attributes
+    ----------
+    name
+        Name of the dataset. Default: the experiments' names.
+    authors
+        Author of the dataset; repeat for each.
+    license
+        Licence of the dataset, such as CC0 or CC-BY-4.0.
+    with_simulated
+        Export simulated observers beside people; without it they are exported only where nobody else answered.
+    facts
+        What a paper must say of each experiment and no log can, by the code of the item.
+    """
+
+    name: str | None = None
+    authors: Annotated[tuple[str, ...], Typed("--author")] = ()
+    license: str | None = None
+    with_simulated: bool = False
+    facts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 _MOST_NUMBERS, _MOST_OBSERVERS = 1000, 100_000

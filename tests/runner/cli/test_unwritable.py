@@ -109,7 +109,18 @@ READ = {
     "--listen",
     *("--passed", "--photo-corners", "--photograph", "--pixels", "--port", "--question", "--reference", "--regions"),
     *("--rendering-corners", "--replay", "--rig", "--right", "--scheduler", "--scores", "--sensitivities"),
-    *("--sensor-mm", "--set", "--simulate", "--size-mm", "--start", "--stimuli", "--task", "--white", "--without"),
+    *(
+        "--sensor-mm",
+        "--set",
+        "--simulate",
+        "--size-mm",
+        "--start",
+        "--stimuli",
+        "--task",
+        "--to",
+        "--white",
+        "--without",
+    ),
     "--without-glasses",
 }
 REFUSALS = {
