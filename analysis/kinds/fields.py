@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from datetime import datetime
 from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args
 
@@ -125,8 +125,8 @@ def _has_fields(annotation: Any) -> bool:
 Model = TypeVar("Model", bound=Fields)
 
 
-def read_fields(model: type[Model], value: Any) -> Model:
-    """Return ``value`` as a ``model``.
+def read_fields(model: type[Model], value: Any, checked: Collection[str] = ()) -> Model:
+    """Return ``value`` as a ``model``; fields that are ``checked`` were read as what they are before.
 
     Raises
     ------
@@ -141,11 +141,11 @@ def read_fields(model: type[Model], value: Any) -> Model:
         if any(fault["type"] == "string_unicode" for fault in error.errors(include_url=False)):
             raise HalfCharacterError("half a character is no text") from None
         raise RecordError(_words(error)) from None
-    _check_further(fields)
+    _check_further(fields, checked)
     return fields
 
 
-def _check_further(fields: Fields) -> None:
+def _check_further(fields: Fields, checked: Collection[str] = ()) -> None:
     """Raise RecordError for further fields that look like a known one, or that no JSON can hold."""
     more = fields.__pydantic_extra__
     if more:
@@ -164,7 +164,7 @@ def _check_further(fields: Fields) -> None:
         return
     for name in fields.nested:
         value = getattr(fields, name)
-        if value is None:
+        if value is None or name in checked:
             continue
         inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else (value,)
         for inner in inside:

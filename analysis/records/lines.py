@@ -34,6 +34,7 @@ from analysis.kinds.fields import (
 )
 from analysis.kinds.kinds import KINDS
 from analysis.records.older_logs import ORDER_RULE, header_of_today
+from documents.files import Repeated
 from documents.yaml import Seed
 
 _Size = Annotated[tuple[Count, Count], Strict(False)]
@@ -352,8 +353,32 @@ class Header(Fields):
         return {stimulus.name: stimulus.factors for stimulus in self.stimuli}
 
 
-def read_header(line: dict[str, Any]) -> Header:
-    """Return a line as a header.
+class Shared:
+    """What logs that are read together have alike, each once: `texts` of lines, and what they were read as.
+
+    ``costs`` has what the gamut clip costs a stimulus by its name, as it was stated and as it was read.
+    """
+
+    _MOST_PARTS = 600
+
+    def __init__(self) -> None:
+        self.texts = Repeated(first="stimuli", last="clipping")
+        self.costs: dict[str, tuple[Any, Clipping]] = {}
+        self._parts: dict[int, tuple[Any, Any]] = {}  # by the identity of what stands in a header
+
+    def parts(self, line: dict[str, Any]) -> dict[str, Any]:
+        """Return the parts of a header that are one object with those of a header before, as they were read."""
+        held = {name: self._parts.get(id(line.get(name))) for name in Header.nested}
+        return {name: part[1] for name, part in held.items() if part and part[0] is line[name]}
+
+    def keep(self, line: dict[str, Any], header: Header) -> None:
+        """Take note of how the parts of a header were read."""
+        if len(self._parts) < self._MOST_PARTS:
+            self._parts |= {id(line[name]): (line[name], getattr(header, name)) for name in Header.nested if name in line}
+
+
+def read_header(line: dict[str, Any], shared: Shared | None = None) -> Header:
+    """Return a line as a header; what it has in common with headers before is not read again.
 
     Raises
     ------
@@ -369,7 +394,10 @@ def read_header(line: dict[str, Any]) -> Header:
             f"read it with the version that recorded it{f', {by}' if isinstance(by, str) else ''}, or a newer one; "
             "if none did, restore the file from a copy",
         )
-    header = read_fields(Header, header_of_today(line))
+    shared, line = shared or Shared(), header_of_today(line)
+    known = shared.parts(line)
+    header = read_fields(Header, line | known, checked=known)
+    shared.keep(line, header)
     names = header.stimulus_names
     for index, name in enumerate(names):
         if name in names[:index]:

@@ -14,6 +14,7 @@ from analysis.records.lines import (
     Mark,
     Note,
     Resumption,
+    Shared,
     StimulusCosts,
     WindowEvent,
     read_header,
@@ -30,8 +31,8 @@ class LogOrder:
     ``added`` are stimuli that the header does not list: those of a recipe that was changed, where that was accepted.
     """
 
-    def __init__(self, line: dict[str, Any], shared: dict[Any, Any]) -> None:
-        self.header: Header = read_header(line)
+    def __init__(self, line: dict[str, Any], shared: Shared) -> None:
+        self.header: Header = read_header(line, shared)
         self.complete = False
         self._session = SoFar(self.header.factors, own_keys=bool(self.header.interface.keys))
         # What the gamut clip costs each stimulus, as it was stated first; None where it was not.
@@ -198,7 +199,7 @@ class LogOrder:
 
     def _one_object(self, name: str, costs: Any, read: Clipping) -> tuple[Any, Clipping]:
         """Return ``costs``, and how they were ``read``, as the objects that logs before have, where these are equal."""
-        known = self._shared.setdefault(name, (costs, read))
+        known = self._shared.costs.setdefault(name, (costs, read))
         return known if known[0] == costs else (costs, read)
 
 

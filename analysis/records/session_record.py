@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from analysis.errors import ResultsError
 from analysis.kinds.fields import HalfCharacterError, RecordError, of_whole_characters
 from analysis.kinds.trial import Trial
-from analysis.records.lines import Header, Mark, Note, Resumption, Stimulus, WindowEvent
+from analysis.records.lines import Header, Mark, Note, Resumption, Shared, Stimulus, WindowEvent
 from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines, unreadable
 
@@ -155,7 +155,7 @@ def session_files(folder: Path) -> Iterator[Path]:
         yield from sorted(folder.rglob(FILE_NAME))
 
 
-def read_session(file: Path, shared: dict[Any, Any] | None = None) -> SessionLog:
+def read_session(file: Path, shared: Shared | None = None) -> SessionLog:
     """Read one session log.
 
     A last line that is incomplete, such as after a power cut, is left out and returned in ``torn_tail``. A last line
@@ -166,7 +166,7 @@ def read_session(file: Path, shared: dict[Any, Any] | None = None) -> SessionLog
     file
         A ``session.jsonl``.
     shared
-        Clipping costs by stimulus and by their text that logs read before had, so that equal ones are one object.
+        What logs that were read before had, so that equal parts are one object.
 
     Returns
     -------
@@ -192,10 +192,10 @@ def read_session(file: Path, shared: dict[Any, Any] | None = None) -> SessionLog
     >>> log.header.observer, log.complete
     ('01', False)
     """
-    reader = RecordReader(shared := {} if shared is None else shared)
+    reader = RecordReader(shared := shared or Shared())
     try:
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
-            state = read_lines(stream, reader.take, on_checksum=reader.fits, repeated=("clipping", shared))
+            state = read_lines(stream, reader.take, on_checksum=reader.fits, repeated=shared.texts)
     except OSError as error:
         raise ResultsError(unreadable(error, file, "results")) from error
     except DamagedLineError as error:
@@ -212,8 +212,8 @@ def read_session(file: Path, shared: dict[Any, Any] | None = None) -> SessionLog
 class RecordReader:
     """Takes the lines of a log one by one."""
 
-    def __init__(self, shared: dict[Any, Any] | None = None) -> None:
-        self._shared = {} if shared is None else shared
+    def __init__(self, shared: Shared | None = None) -> None:
+        self._shared = shared or Shared()
         self.header: Header | None = None
         self.records: list[Record] = []
         self.windows: list[WindowEvent] = []

@@ -16,6 +16,7 @@ from .hashes import sha256_of_file as sha256_of_file
 from .hashes import sha256_of_json as sha256_of_json
 from .json_lines import MOST_LOG_BYTES as MOST_LOG_BYTES
 from .json_lines import DamagedLineError as DamagedLineError
+from .json_lines import Repeated as Repeated
 from .json_lines import read_lines as read_lines
 from .log_rescue import LogDisturbedError as LogDisturbedError
 from .mirror import CopyCheck as CopyCheck

@@ -17,7 +17,6 @@ from documents.findings import Finding, InputError
 _LONGEST = 64 << 20
 # Twenty thousand trials, or ten thousand readings with a spectrum each, have less.
 MOST_LOG_BYTES = 200_000_000
-_MOST_KNOWN = 4000  # texts of values that are kept: 3 MB
 _REFUSED = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, InputError)
 
 
@@ -39,13 +38,59 @@ class DamagedLineError(Exception):
         return Finding(f"{what}: {self}", str(file), self.number, 1, remedy)
 
 
+class Repeated:
+    """Ends of lines that are long and alike in many lines and logs: equal texts are read once and are one object.
+
+    Parameters
+    ----------
+    first
+        The key from which on the first lines of logs are alike.
+    last
+        The last key of other lines, whose values are alike.
+    """
+
+    _MOST = {True: 100, False: 4000}  # texts that are kept, of first lines and of others: 1 and 3 MB
+
+    def __init__(self, *, first: str, last: str) -> None:
+        self._last = last
+        self._begin = {True: f',"{first}":'.encode(), False: f',"{last}":{{'.encode()}
+        self._known: dict[bool, dict[bytes, dict[str, Any]]] = {True: {}, False: {}}
+
+    def read(self, body: bytes, *, first: bool) -> dict[str, Any] | None:
+        """Return the value of a line that fits its checksum, without what a log adds; None if it has no such end.
+
+        No text within a value has the bytes of a key, since its quotes are escaped; and what stands before a key that
+        is not one of the line itself is no JSON once it is closed.
+        """
+        key, known = self._begin[first], self._known[first]
+        begin = body.find(key) if first else body.rfind(key)
+        if begin < 0:
+            return None
+        text = body[begin + 1 : body.rindex(b",")]  # the number follows
+        try:
+            if text not in known:
+                if len(known) >= self._MOST[first] or not (first or text.endswith(b"}")):
+                    return None
+                of_last = text[len(self._begin[False]) - 2 :]
+                known[text] = from_json(b"{%s}" % text) if first else {self._last: from_json(of_last)}
+            value: dict[str, Any] = from_json(body[:begin] + b"}")
+        except ValueError:
+            return None
+        if value.get("record") == "end":  # which states how many lines there are
+            return None
+        value |= known[text]
+        if first:
+            value.pop(CHAINED, None)
+        return value
+
+
 def read_lines(
     lines: Iterable[bytes],
     take: Callable[[int, Any], None],
     on_damage: Callable[[DamagedLineError], None] | None = None,
     on_checksum: Callable[[int], None] | None = None,
     chain: ChainReader | None = None,
-    repeated: tuple[str, dict[Any, Any]] | None = None,
+    repeated: Repeated | None = None,
 ) -> LogState:
     r"""Call ``take(number, line)`` for each JSON line, without what its checksum adds to it.
 
@@ -63,8 +108,7 @@ def read_lines(
         The checksums of the lines before, where those were read already: numbers count on, and ``size`` is that of the
         lines read now.
     repeated
-        A key whose values are long and alike in many lines, and those known so far, by their text: equal ones are read
-        once and are one object.
+        What is long and alike in many lines and logs, as it is known so far.
 
     Returns
     -------
@@ -105,7 +149,7 @@ def read_lines(
                 return LogState(number - 1, size, chain.digest, chain.chained_from, ended_raw)
             if link.fault:
                 raise DamagedLineError(number, link.fault, changed=True)
-            value = _in_parts(link.body, *repeated) if repeated and link.chain and number > 1 else None
+            value = repeated.read(link.body, first=number == 1) if repeated and link.chain else None
             if value is None:
                 value = _value(raw, link, number)
             if on_checksum is not None and link.chain is not None:
@@ -150,28 +194,6 @@ def parsed(raw: bytes) -> Any:
         return from_json(raw)
     except ValueError:
         return json.loads(raw)
-
-
-def _in_parts(body: bytes, key: str, known: dict[Any, Any]) -> Any:
-    """Return the value of a line that fits its checksum, without its number; None where ``key`` is not its last one.
-
-    No text within a value has these bytes, since its quotes are escaped; and what stands before a key that is not one
-    of the line itself is no JSON once it is closed.
-    """
-    begin = body.rfind(b',"%s":{' % key.encode())
-    if begin < 0:
-        return None
-    text = body[begin + len(key) + 4 : body.rindex(b",")]  # the number follows
-    try:
-        if text not in known:
-            if len(known) >= _MOST_KNOWN or not text.endswith(b"}"):
-                return None
-            known[text] = from_json(text)
-        value = from_json(body[:begin] + b"}")
-    except ValueError:
-        return None
-    value[key] = known[text]
-    return value
 
 
 def _value(raw: bytes, link: Link, number: int) -> Any:

@@ -26,9 +26,11 @@ from analysis.records import (
     kept_files,
     latest_utc,
     new_header,
+    read_results,
     read_session,
 )
 from analysis.report.notes import on_sessions
+from documents.files import DurableLog
 from tests.answers import new_answer
 
 # Records that can be read in two ways are read in the way that agrees with them.
@@ -94,6 +96,24 @@ def test_a_whole_number_of_thousands_of_digits_is_refused_with_its_line(tmp_path
     with pytest.raises(ResultsError) as refused:
         read_session(file)
     assert refused.value.findings[0].line == 2
+
+
+def test_what_logs_have_alike_is_one_object_and_no_other_type_is_taken_for_it(tmp_path: Path) -> None:
+    stimuli = [{"name": name, "flat": name == "a", "factors": {"level": 1}} for name in NAMES]
+    changed = {"3": {"flat": 1}, "4": {"factors": {"level": 1.0}}}
+    files = []
+    for observer in ("1", "2", "3", "4"):
+        line = HEADER.to_json() | {"observer": observer, "stimuli": [{**stimuli[0], **changed.get(observer, {})}]}
+        files.append(tmp_path / observer / "session.jsonl")
+        DurableLog.create(files[-1], files[-1].with_name(".lock"), line).close()
+    with pytest.raises(ResultsError) as refused:
+        read_results(*files)
+    assert refused.value.findings[0].file == str(files.pop(2))
+    logs = read_results(*files)
+    assert logs == tuple(read_session(file) for file in files)
+    assert logs[0].header.stimuli[0] is logs[1].header.stimuli[0]
+    assert logs[0].header.display is logs[1].header.display
+    assert [type(log.header.stimuli[0].factors["level"]) for log in logs] == [int, int, float]
 
 
 # Times of a session rise, also in old logs of machines whose clock was set back before they were resumed.

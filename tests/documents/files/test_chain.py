@@ -19,7 +19,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from documents.files import ChainReader, DamagedLineError, DurableLog, LogInUseError, LogState, read_lines, unprotected
+from documents.files import (
+    ChainReader,
+    DamagedLineError,
+    DurableLog,
+    LogInUseError,
+    LogState,
+    Repeated,
+    read_lines,
+    unprotected,
+)
 from documents.files.chain import EMPTY, sealed
 from documents.files.json_lines import parsed
 
@@ -399,6 +408,26 @@ def test_values_that_are_repeated_are_read_once(further: dict[str, Any], once: b
         raw, before = sealed(record, number, before)
         raws.append(raw + b"\n")
     lines: list[Any] = []
-    read_lines(raws, lambda number, line: lines.append(line), repeated=("costs", {}))
+    read_lines(raws, lambda number, line: lines.append(line), repeated=Repeated(first="stimuli", last="costs"))
     assert [[*line.items()] for line in lines] == [[*record.items()] for record in records]
     assert (lines[1]["costs"] is lines[2]["costs"]) == once
+
+
+@pytest.mark.parametrize(
+    ("header", "once"),
+    [
+        ({"stimuli": [{"flat": True}], "hashes": {"display": "d", "stimuli": "s"}}, True),
+        ({"comment": ',"stimuli":[', "stimuli": [], "chained": True}, True),
+        ({"hashes": {"display": "d", "stimuli": []}, "further": []}, False),
+    ],
+)
+def test_first_lines_that_are_alike_are_read_once(header: dict[str, Any], once: bool) -> None:
+    repeated, lines = Repeated(first="stimuli", last="costs"), []
+    records = [{"record": "session", "observer": observer, **header} for observer in ("a", "b")]
+    for record in records:
+        raw, _ = sealed(record, 1, EMPTY)
+        read_lines([raw + b"\n"], lambda number, line: lines.append(line), repeated=repeated)
+    assert [[*line.items()] for line in lines] == [
+        [(key, value) for key, value in record.items() if key != "chained"] for record in records
+    ]
+    assert all((lines[0][key] is lines[1][key]) == once for key in header if isinstance(header[key], list | dict))
