@@ -374,7 +374,9 @@ class Shared:
     def keep(self, line: dict[str, Any], header: Header) -> None:
         """Take note of how the parts of a header were read."""
         if len(self._parts) < self._MOST_PARTS:
-            self._parts |= {id(line[name]): (line[name], getattr(header, name)) for name in Header.nested if name in line}
+            self._parts |= {
+                id(line[name]): (line[name], getattr(header, name)) for name in Header.nested if name in line
+            }
 
 
 def read_header(line: dict[str, Any], shared: Shared | None = None) -> Header:

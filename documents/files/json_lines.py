@@ -17,6 +17,7 @@ from documents.findings import Finding, InputError
 _LONGEST = 64 << 20
 # Twenty thousand trials, or ten thousand readings with a spectrum each, have less.
 MOST_LOG_BYTES = 200_000_000
+_MOST_KNOWN = {True: 100, False: 4000}  # texts that are kept, of first lines and of others: 1 and 3 MB
 _REFUSED = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, InputError)
 
 
@@ -49,8 +50,6 @@ class Repeated:
         The last key of other lines, whose values are alike.
     """
 
-    _MOST = {True: 100, False: 4000}  # texts that are kept, of first lines and of others: 1 and 3 MB
-
     def __init__(self, *, first: str, last: str) -> None:
         self._last = last
         self._begin = {True: f',"{first}":'.encode(), False: f',"{last}":{{'.encode()}
@@ -69,7 +68,7 @@ class Repeated:
         text = body[begin + 1 : body.rindex(b",")]  # the number follows
         try:
             if text not in known:
-                if len(known) >= self._MOST[first] or not (first or text.endswith(b"}")):
+                if len(known) >= _MOST_KNOWN[first] or not (first or text.endswith(b"}")):
                     return None
                 of_last = text[len(self._begin[False]) - 2 :]
                 known[text] = from_json(b"{%s}" % text) if first else {self._last: from_json(of_last)}
