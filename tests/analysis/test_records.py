@@ -100,7 +100,7 @@ def test_a_whole_number_of_thousands_of_digits_is_refused_with_its_line(tmp_path
 
 def test_what_logs_have_alike_is_one_object_and_no_other_type_is_taken_for_it(tmp_path: Path) -> None:
     stimuli = [{"name": name, "flat": name == "a", "factors": {"level": 1}} for name in NAMES]
-    changed = {"3": {"flat": 1}, "4": {"factors": {"level": 1.0}}}
+    changed: dict[str, dict[str, Any]] = {"3": {"flat": 1}, "4": {"factors": {"level": 1.0}}}
     files = []
     for observer in ("1", "2", "3", "4"):
         line = HEADER.to_json() | {"observer": observer, "stimuli": [{**stimuli[0], **changed.get(observer, {})}]}
