@@ -216,13 +216,6 @@ def test_the_demonstration_writes_its_report(tmp_path: Path, monkeypatch: pytest
     assert again.beside.items == thesis.items
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
-def test_the_report_is_written(results: Path, tmp_path: Path) -> None:
-    page = cyclopean.report(results, output=tmp_path / "page.html")
-    assert "<svg" in page.read_text(encoding="utf-8")
-
-
 def test_trials_of_two_experiments_are_refused(results: Path) -> None:
     trials = cyclopean.read_results(results)
     other = trials.assign(experiment="another")

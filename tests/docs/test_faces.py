@@ -106,23 +106,6 @@ def test_a_command_runs_where_every_face_is_imported_eagerly(words: list[str], t
     assert done.stdout
 
 
-@pytest.mark.nightly
-def test_tests_take_from_a_face_what_it_offers() -> None:
-    """Then a room can be rebuilt behind its face without a change of tests."""
-    offered = {
-        (place, name): face for face, names in names_through_faces(ROOT).items() for name, place in names.items()
-    }
-    past = [
-        f"{file.relative_to(ROOT)}:{node.lineno}: take {alias.name} from {offered[node.module, alias.name]}"
-        for file in sorted((ROOT / "tests").rglob("*.py"))
-        for node in imports_within(file)
-        if isinstance(node, ast.ImportFrom) and node.module
-        for alias in node.names
-        if (node.module, alias.name) in offered
-    ]
-    assert not past
-
-
 def test_an_import_counts_once_for_each_module_that_it_names(tmp_path: Path) -> None:
     room = tmp_path / "devices" / "colour"
     for folder in (room, room.parent, tmp_path / "runner" / "cli", tmp_path / "tests"):

@@ -113,17 +113,6 @@ def test_damaged_logs_are_refused_or_say_what_they_said(tmp_path: Path) -> None:
     assert set(believed) <= NOT_NOTICED, believed
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
-def test_whatever_reads_a_damaged_log_comes_to_its_end(tmp_path: Path, cyclopean: Callable[..., Any]) -> None:
-    used = 0
-    for name, mutant in made(range(600, 660)):
-        if used < 1 and read(mutant.content, tmp_path) is not None:
-            use(put(mutant.content, tmp_path, name), cyclopean)
-            used += 1
-    assert used == 1
-
-
 @pytest.mark.parametrize("entry", CORPUS, ids=lambda entry: f"{entry['log']} {entry['change']} {entry['seed']}")
 def test_what_was_found_is_refused_or_used(
     entry: Mapping[str, Any], tmp_path: Path, cyclopean: Callable[..., Any]

@@ -73,20 +73,3 @@ def test_a_killed_session_is_resumed_with_the_identity_and_leaves_the_table_as_i
     assert "1 of 6 answers saved." in told
     assert is_restored()
     assert kept() == []
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("how", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.nightly)])
-def test_other_ends_leave_the_table_as_it_was(
-    person: Person, how: signal.Signals, cyclopean: Callable[..., Any]
-) -> None:
-    person.sit_down()
-    assert table().is_identity
-    assert person.process is not None
-    person.process.send_signal(how)
-    person.leave()
-    told = cyclopean("doctor").stdout
-    assert "was killed left the identity" not in told
-    assert "off by up to 8.9" in told
-    assert is_restored()
-    assert kept() == []

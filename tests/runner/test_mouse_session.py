@@ -27,11 +27,6 @@ QUESTIONS = """\
 """
 
 
-def _mode(person: Person, mode: str) -> None:
-    person.study.edit("display.yaml", "quad-buffered:", "row-interleaved:")
-    person.study.edit("rig.yaml", "mode: side-by-side", f"mode: {mode}")
-
-
 def _recorded(person: Person, kind: str) -> list[Any]:
     return [trial for trial in person.log().trials if trial.kind == kind]
 
@@ -47,10 +42,8 @@ def _changed(person: Person, do: Callable[[], object]) -> None:
     person.until(lambda: bool(np.any(person.look() != seen)), "another screen")
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", pytest.param("row-interleaved", marks=pytest.mark.nightly)])
-def test_all_pairs_by_click(person: Person, mode: str) -> None:
+def test_all_pairs_by_click(person: Person) -> None:
     """The upper picture's middle is 30 px above the middle of each eye's view, in any mode."""
-    _mode(person, mode)
     person.sit_down()
     _changed(person, lambda: person.press("space"))
     for number, (y, clicked) in enumerate([(-30, "first"), (30, "second"), (30, "second"), (-30, "first")], start=1):
@@ -69,32 +62,7 @@ def test_all_pairs_by_click(person: Person, mode: str) -> None:
     assert all(0.0 < trial.response_time_s < 30.0 for trial in pairs)
 
 
-@pytest.mark.parametrize("mode", ["side-by-side", pytest.param("row-interleaved", marks=pytest.mark.nightly)])
-def test_the_pointer_stands_at_one_place_for_both_eyes(person: Person, mode: str) -> None:
-    _mode(person, mode)
-    person.sit_down()
-    before = person.look().astype(int)
-    time.sleep(0.4)
-    _changed(person, lambda: person.move(60, -90))
-    time.sleep(0.3)
-    drawn = np.argwhere(np.abs(person.look().astype(int) - before).max(axis=2) > 100)
-    if mode == "side-by-side":
-        left, right = (drawn[(drawn[:, 1] < 320) == own] for own in (True, False))
-        right = right - [0, 320]
-        middle = (240 - 90, 160 + 60)
-    else:
-        left, right = drawn[drawn[:, 0] % 2 == 0], drawn[drawn[:, 0] % 2 == 1]
-        middle = (240 - 90, 320 + 60)
-    for seen in (left, right):
-        assert (seen.min(axis=0) + seen.max(axis=0)) / 2 == pytest.approx(middle, abs=1.5)
-    person.turn("Escape")
-    person.press("s")
-    person.leave()
-
-
-@pytest.mark.parametrize("mode", ["side-by-side", pytest.param("row-interleaved", marks=pytest.mark.nightly)])
-def test_a_questionnaire_by_mouse_wheel_and_typing(person: Person, mode: str) -> None:
-    _mode(person, mode)
+def test_a_questionnaire_by_mouse_wheel_and_typing(person: Person) -> None:
     text = person.study.experiment.read_text()
     person.study.experiment.write_text(text[: text.index("  - {kind: instructions")] + QUESTIONS)
     (block,) = read_experiment(person.study.experiment).blocks("07")

@@ -42,11 +42,9 @@ def log_of(experiment: Experiment, observer: str) -> SessionLog:
     return SessionLog(Path(f"{observer}.jsonl"), header, kept, complete=True)
 
 
-# All, each with its figures, and by one observer: tests/stress.
+# All variants, each with its figures, and by one observer: tests/stress.
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize(
-    ("kind", "variant"), [pytest.param(*one, marks=pytest.mark.nightly if one[1] else []) for one in VARIANTS]
-)
+@pytest.mark.parametrize(("kind", "variant"), [one for one in VARIANTS if not one[1]])
 def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(kind: str, variant: int, tmp_path: Path) -> None:
     make_a_page(kind, variant, 3, tmp_path)
 

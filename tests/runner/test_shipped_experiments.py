@@ -16,7 +16,6 @@ from click.testing import CliRunner
 from analysis.records import SessionLog, read_session
 from runner.cli.main import group
 from runner.observers import read_observer
-from runner.presenter.drawing import SceneDrawing
 from runner.protocol import read_experiment
 from runner.session import SessionOptions
 from runner.session.station import Station
@@ -87,14 +86,6 @@ def check_series(log: SessionLog) -> list[dict[str, Any]]:
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep what is built here to itself."""
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
-
-
-def test_the_first_experiment_in_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = copied(tmp_path, "exposure_series", small=True)
-    one = check_series(simulated(file, "figure_4_14", "01"))
-    monkeypatch.setattr(SceneDrawing, "frame", lambda *_, **__: None)  # the other's frames would have the same pictures
-    other = check_series(simulated(file, "figure_4_14", "02"))
-    assert [choice["series"] for choice in one] != [choice["series"] for choice in other]
 
 
 @pytest.mark.stress

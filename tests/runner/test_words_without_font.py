@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,7 +25,6 @@ Study = Any  # tests/conftest.py
 Install = Callable[..., None]
 pytestmark = pytest.mark.usefixtures("install_fonts")
 ASKED = "哪张图更近"
-SQUARES = dict.fromkeys(ASKED, 1.0)  # each letter of a tiny font is as wide as the type is high
 
 
 def ask(study: Study, question: str, more: str = "") -> None:
@@ -160,20 +158,3 @@ def test_names_in_figures_are_drawn_by_installed_fonts(
     assert finished.svg.count("Squares") == finished.svg.count("'DejaVu Sans', 'Squares'") == 3
     assert "Squares" not in names_drawn("plate").svg
     assert not caplog.messages
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("installed", [pytest.param(True, marks=pytest.mark.nightly), False])
-def test_a_report_says_which_letters_are_boxes_in_its_figures(
-    study: Study, install_fonts: Install, cyclopean: Callable[..., Any], tmp_path: Path, installed: bool
-) -> None:
-    if installed:
-        install_fonts(tiny_font(tmp_path / "squares.ttf", ASKED))
-    for name in ("one", "two", "three", "four"):
-        factors = f"factors: {{scene: {ASKED if name in ('one', 'two') else 'beach'}}}"
-        study.edit("recipe.yaml", f"name: {name}, ", f"name: {name}, {factors}, ")
-    study.edit("small.yaml", "{kind: all_pairs, break_every: 4}", "{kind: all_pairs, within: scene}")
-    simulate(study.experiment, study.observers, 2, results=study.results)
-    words = ("report", study.results, "--figures", tmp_path / "figures", "--no-thumbnails")
-    found = json.loads(cyclopean(*words, "--json").stdout)
-    assert found.get("empty_boxes") == (None if installed else ASKED)

@@ -232,14 +232,6 @@ def test_black_and_primaries_go_only_where_all_else_contradicts_them(display: st
     assert found.sum() <= 2
 
 
-def test_a_fifth_of_wrong_readings_is_found_to_the_last() -> None:
-    XYZ = noisy(DISPLAYS["additive"](CODES), 0.002, 1)
-    rng = np.random.default_rng(6)
-    rows = rng.choice(120, 24, replace=False)
-    XYZ[rows] *= rng.uniform(1.5, 3, (24, 3))
-    assert np.flatnonzero(doubted_rows(CODES, XYZ)).tolist() == sorted(rows.tolist())
-
-
 # The residual pushed to its edges: many displays undone and shown, and figures that fresh colours bear out.
 def display(seed: int) -> Plvc:
     """Return a random display: how large its residual is, how many knots it has and how wide they are."""

@@ -21,7 +21,6 @@ from analysis.observers.consistency import consistencies
 from analysis.observers.table import fits_to_rest
 from analysis.observers.tails import Tail
 from analysis.scaling import score
-from benchmarks.reviewers import OBSERVERS, SPREADS, levels
 from benchmarks.simulated_studies import Design, as_comparisons
 from documents.arrays import Floats
 from extensions.agreement import (
@@ -204,22 +203,6 @@ def test_values_that_are_hard_to_rank(values: list[float]) -> None:
             assert -1 <= one.value <= 1
             assert -1 <= known(one.low) <= one.value <= known(one.high) <= 1 + 1e-12
     json.dumps(found.to_json(), allow_nan=False)
-
-
-# What reviewers ask, at the edges: levels and power by simulation, many observers, many items, huge counts.
-@pytest.mark.parametrize("observers", OBSERVERS)
-@pytest.mark.parametrize("spread", SPREADS)
-def test_levels_and_power(observers: int, spread: float) -> None:
-    studies = how_many(120, 300)
-    shares = {str(row["series"]): float(str(row["share"])) for row in levels(observers, spread, studies)}
-    most = 0.05 + 3 * np.sqrt(0.05 * 0.95 / studies)
-    for name, share in shares.items():
-        if name.startswith("false"):
-            assert share <= most, name
-    if observers >= 15:
-        assert shares["equal pairs called equivalent, 1.5 JND, Holm"] > 0.95
-        assert shares["planted circle: weak transitivity"] > 0.85
-        assert shares["planted circle: the pair flagged"] > 0.98
 
 
 def test_a_thousand_observers() -> None:

@@ -5,26 +5,22 @@ from __future__ import annotations
 import io
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
 import tracemalloc
 from datetime import UTC, datetime, timedelta
-from multiprocessing import active_children
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 from analysis.comparisons import read_any
 from analysis.comparisons.layouts import LAYOUTS
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
 from analysis.power import Plan, differing_pairs, simulate_power, spread_theta
-from analysis.power.results import Power
 from analysis.power.studies import run
 from analysis.records import FILE_NAME, new_header
 from benchmarks.power import by_report
@@ -163,26 +159,6 @@ def test_a_million_choices_and_a_matrix_of_a_thousand_items() -> None:
     assert told.items == tuple(names)
 
 
-def test_changed_mat_files_are_read_or_refused(tmp_path: object) -> None:
-    from pathlib import Path
-
-    file = Path(str(tmp_path)) / "t.mat"
-    random = np.random.default_rng(3)
-    savemat(file, {"D": np.ones((4, 4)) - np.eye(4), "C": np.array(list("abcd"), dtype=object)})
-    whole, read = file.read_bytes(), 0
-    for _ in range(2000):
-        changed = bytearray(whole)
-        for place in random.integers(len(whole), size=random.integers(1, 4)):
-            changed[place] = random.integers(256)
-        file.write_bytes(changed)
-        try:
-            read_any(file)
-            read += 1
-        except ResultsError:
-            pass
-    assert 100 < read < 1900
-
-
 # `cyclopean scores` on two thousand items of which few pairs were compared: within its memory and time.
 
 ITEMS, PAIRS, COMPARISONS = 2000, 10_000, 20
@@ -236,11 +212,6 @@ def plan_of(theta: np.ndarray[tuple[int, ...], np.dtype[np.float64]], **fields: 
     )
 
 
-def numbers(found: Power) -> list[bytes]:
-    """Return all numbers, to the last bit."""
-    return [value.tobytes() for name in Power.__slots__ if isinstance(value := getattr(found, name), np.ndarray)]
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells the peak of a process's memory so")
 def test_a_hundred_stimuli_and_two_hundred_observers_fit_into_half_a_gigabyte() -> None:
     assert int(run_alone(MANY)) < 512
@@ -278,19 +249,3 @@ def test_one_quantile_of_the_largest_z_serves_ten_items(observers: int, observer
         classes = known(report_on(studies, study, "maxz").scores.classes)
         own.append(classes.pair_p <= 0.05)
     assert (found == np.array(own)).mean() > 0.97
-
-
-def test_workers_that_keep_dying_change_nothing() -> None:
-    plan = plan_of(spread_theta(10, 2), interval="bootstrap")
-    expected = simulate_power(plan, [15], replicates=250, workers=1)
-    killed = []
-
-    def kill_now_and_then(done: int, of: int) -> None:
-        alive = [process for process in active_children() if process.is_alive()]
-        if done in (2, 12, 22) and alive:
-            os.kill(known(alive[0].pid), signal.SIGKILL)
-            killed.append(done)
-
-    found = simulate_power(plan, [15], replicates=250, workers=2, done=kill_now_and_then)
-    assert len(killed) == 3
-    assert numbers(found) == numbers(expected)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -22,7 +21,7 @@ from runner.blocks.text_entry import Number, typed
 from runner.check import CheckReport
 from runner.check.screens import check_screens
 from runner.errors import SessionError
-from runner.presenter import MODES, IntervalSummary, text_area
+from runner.presenter import MODES, text_area
 from runner.protocol import read_experiment
 from runner.scene import Text
 from runner.session import Recorder
@@ -126,16 +125,6 @@ def test_resuming_nothing_beside_four_hundred_unfinished_sessions_names_some_of_
     assert "000 (1 answer), 001 (1 answer)" in str(told.value)
     assert ", ..." in str(told.value)
     assert len(str(told.value)) < 1000
-
-
-def test_a_day_of_intervals_is_counted_to_the_frame() -> None:
-    draw = random.Random(5)
-    refreshes = [1 if draw.random() < 0.999 else draw.randint(2, 6000) for _ in range(1_000_000)]
-    intervals = [1000.0 * (each + draw.gauss(0.0, 0.02)) / 119.88 for each in refreshes]
-    for refresh_hz in (None, 119.0, 120.0):
-        summary = IntervalSummary.of(intervals, refresh_hz)
-        assert summary.late == sum(each > 1 for each in refreshes)
-        assert summary.missed == pytest.approx(sum(refreshes) - len(refreshes), rel=1e-4)  # the median is not exact
 
 
 # Every word of every kind of block, in each language, lies within the view of every mode, on any panel.

@@ -46,18 +46,6 @@ def block(name: str) -> Block:
 
 
 @pytest.mark.parametrize("name", BLOCKS)
-def test_it_keeps_what_every_block_promises(name: str, promised: Play) -> None:
-    kind, _, reference, tasks = BLOCKS[name]
-    made = block(name)
-    whole = promised(made, kind)
-    assert {type(ask.task) for ask in whole.asks} == tasks
-    for ask in whole.asks:
-        assert isinstance(ask.task, GoOn) or ask.task.reference == reference
-        assert isinstance(ask.task, GoOn) or bool(reference) == ("r" in ask.scene.stimuli)
-        assert set(ask.keys) <= {*made.keys, "home", "end", "page_up", "page_down"}
-
-
-@pytest.mark.parametrize("name", BLOCKS)
 def test_everything_can_be_answered_with_the_mouse_alone(name: str, play: Play) -> None:
     def click(ask: Ask) -> str:
         task = ask.task

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import struct
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from runner.check import signal_path
 from runner.check.signal_path import (
@@ -17,13 +15,11 @@ from runner.check.signal_path import (
     code_range,
     colour_profile,
     dithering,
-    examine_signal_path,
     night_light,
     output_properties,
     stated_bits,
     tags,
 )
-from runner.cli.main import group
 from runner.presenter.surfaces.x11 import _x_server, colour_profiles, is_xwayland
 
 # As xrandr prints it; made up.
@@ -190,23 +186,3 @@ def test_without_an_x_server_nothing_is_claimed(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.delenv("DISPLAY", raising=False)
     assert colour_profiles() is None
     assert colour_profile().words == "unknown: there is no X server"
-
-
-@pytest.mark.nightly
-@pytest.mark.window
-def test_doctor_prints_what_xrandr_tells(
-    load_table: Callable[[float], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "told").write_text(TOLD)
-    (tmp_path / "xrandr").write_text(f"#!/bin/sh\ncat {tmp_path}/told\n")
-    (tmp_path / "xrandr").chmod(0o755)
-    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    told = CliRunner().invoke(group, ["doctor"])
-    assert told.exit_code == 0, told.output
-    assert "! range of codes: HDMI-1 Limited 16:235: codes are squeezed into 16..235; DP-2 Full" in told.output
-    assert "1 'screen': " in told.output
-    assert "gamma table: not the identity: off by up to 8.9" in told.output
-    monkeypatch.setattr("shutil.which", lambda name: None)
-    facts = {fact.title: fact.words for fact in examine_signal_path(tmp_path, tmp_path)}
-    assert facts["range of codes"] == "unknown: xrandr is not installed"
-    assert len(facts) == 6

@@ -42,13 +42,6 @@ def test_every_shipped_file_is_right(file: Path, tmp_path: Path, monkeypatch: py
     assert json.loads(result.stdout)[0]["findings"] == []
 
 
-@pytest.mark.nightly
-def test_the_pictures_of_a_shipped_experiment_are_right(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
-    (facts,) = json.loads(_run("check", ROOT / "experiments/dynamic_range.yaml", "--json").stdout)
-    assert facts["findings"] == []
-
-
 def test_check_says_what_a_session_would_be(study: Study) -> None:
     result = _run("check", study.experiment, "--json")
     (facts,) = json.loads(result.stdout)

@@ -90,25 +90,6 @@ def test_logs_with_hostile_texts(study: Study, unchained: Unchained, cyclopean: 
     check_printed(cyclopean(command, *place, *output, expect=None))
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
-@pytest.mark.skipif(os.name != "posix", reason="no such file name there")
-def test_what_is_written_into_hostile_folders_is_named_without(
-    study: Study, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(study.folder)
-    results = study.folder / WORDS
-    simulate(study.experiment, study.observers, 1, results=results)
-    for call in (
-        ("report", results, "--csv", results / "csv", "--figures", results / "figures"),
-        ("export", results, "-o", f"{WORDS} dataset"),
-        ("seal", results),
-    ):
-        done = cyclopean(*call, expect=None)
-        check_printed(done)
-        assert done.returncode == 0, done.stderr
-
-
 # A call of each command that reads a file, with the place of the file.
 CALLS = [
     *((name, "{}") for name in ("check", "report", "scores", "power", "preview", "show", "verify", "seal", "new")),

@@ -56,19 +56,6 @@ def test_numbers_of_observers(words: str, sizes: list[int]) -> None:
     assert [size["observers"] for size in found["sizes"]] == sizes
 
 
-@pytest.mark.nightly
-def test_a_table_answers_in_a_sentence_and_writes_a_page_and_csv(tmp_path: Path) -> None:
-    page, table = tmp_path / "power.html", tmp_path / "power.csv"
-    words = [THESIS, "--scores", TABLE_4_4, "--observers", "10,30", "--replicates", "40", "-o", str(page)]
-    words += ["--alpha", "0.045", "--adjust", "none", "--covariance", "model"]
-    result = ask(*words, "--csv", str(table), "--pair", "1.1-stereo", "1.1-flat")
-    assert result.exit_code == 0, result.output
-    plain = " ".join(result.stdout.split())
-    assert "power on 1.1-stereo and 1.1-flat" in plain
-    assert "<h1>dynamic_range</h1>" in page.read_text(encoding="utf-8")
-    assert len(table.read_text(encoding="utf-8").splitlines()) == 1 + 2 * (2 + 10 + 45)
-
-
 def test_without_scores_a_spread_is_assumed_and_said() -> None:
     found = told(THESIS, "--observers", "10", "--replicates", "20")
     thetas = [item["theta"] for item in found["items"]]
@@ -86,21 +73,6 @@ def test_standard_errors_are_those_that_the_experiment_asks_for(study: Study, as
     words = (str(study.experiment), "--observers", "8", "--replicates", "20")
     assert told(*words)["covariance"] == kind
     assert told(*words, "--covariance", "scaled")["covariance"] == "scaled"
-
-
-@pytest.mark.nightly
-def test_how_much_observers_differ_is_assumed_aloud_or_given() -> None:
-    words = (THESIS, "--scores", TABLE_4_4, "--observers", "10", "--replicates", "50")
-    assumed, given = told(*words), told(*words, "--observer-sd", "0")
-    assert assumed["observer_spread"] == {"sd": 0.7, "source": "assumed", "low": None, "high": None}
-    assert assumed["observer_sd"] == 0.7
-    assert "differ by 0.7 nats (not measured)" in assumed["notes"][0]
-    assert [line["observer_sd"] for line in assumed["by_observer_sd"]] == [0.0, 0.7, 1.5]
-    compared = "10 if they do not differ, more than 10 at 0.7 nats, more than 10 at 1.5 nats"
-    pair = told(*words[:-1], "100", "--pair", "2.1-stereo", "3.1-stereo")
-    assert compared in pair["notes"][1]
-    assert given["observer_spread"]["source"] == "given"
-    assert given["notes"] == given["by_observer_sd"] == []
 
 
 @pytest.fixture(scope="module")

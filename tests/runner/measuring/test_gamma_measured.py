@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -136,32 +135,6 @@ def test_a_rig_measures_with_the_identity(folder: Path, load_table: Load) -> Non
     assert measure(folder)["gamma_table"] == GammaTable.identity(256).to_json()
     (folder / "rig.yaml").write_text(RIG)
     assert measure(folder, "n.jsonl")["gamma_table"] == power(1.1).to_json()  # it is there again
-
-
-def stated(folder: Path, exponent: float) -> None:
-    """State in the display file which table it was measured with."""
-    held = json.dumps(power(exponent).to_json())
-    (folder / "display.yaml").write_text(DISPLAY.rstrip("\n") + f"\n    gamma_table: {held}\n")
-
-
-@pytest.mark.nightly
-def test_a_display_is_verified_with_the_measured_table_alone(folder: Path, load_table: Load) -> None:
-    stated(folder, 1.0)
-    options = measuring.VerifyOptions(
-        display=folder / "rig.yaml", output=folder / "v.jsonl", instrument=SIMULATED, show=IN_A_WINDOW
-    )
-    with pytest.raises(MeasuringError, match="is not the one that the display was measured with"):
-        measuring.verify_display(options)
-    assert not (folder / "v.jsonl").exists()
-    said: list[str] = []
-    accepted = measuring.verify_display(replace(options, accept_gamma_table=True), measuring.Dialogue(said.append))
-    assert accepted.verdict is not None
-    assert any("is not the one" in words for words in said)
-    header = read_session(folder / "v.jsonl").header
-    assert (header["accepted_gamma_table"], header["gamma_table"]["hash"]) == (True, power(1.1).sha256)
-    assert header["measured_gamma_table"]["both"]["hash"] == power(1.0).sha256
-    stated(folder, 1.1)
-    assert measuring.verify_display(replace(options, output=folder / "w.jsonl")).verdict is not None
 
 
 def test_without_a_window_the_readings_say_why_the_table_is_unknown(folder: Path) -> None:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.diagnostics import MeasuredSet, examine, plain
+from devices.diagnostics import plain
 from devices.display import read_display
 from devices.readings import (
     GridCell,
@@ -182,33 +180,6 @@ def test_what_is_special_of_a_patch_comes_back_from_the_log(tmp_path: Path) -> N
     assert read_session(tmp_path / "m.jsonl").steps == order
 
 
-@pytest.mark.nightly
-def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
-    faults = ("crosstalk=0.08", "edge_loss=0.5", "surround_gain=0.05", "glasses_loss=0.8", "noise=0.001")
-    options = [word for fault in faults for word in ("--instrument-option", fault)]
-    result = _measure(folder, "--set", "all", "--every", "0.01", "--eye", "left", "--unattended", *options)
-    assert result.exit_code == 0, result.output
-    # Places; angles; the right lens, the glasses off, and the display off.
-    assert result.stderr.count("note: ") == 9 + 10 + 3
-    table = read_csv(folder / "m.csv")
-    assert set(table.eye) == {"left", "right"}
-    models = read_display(folder / "display.yaml").models("row-interleaved")
-    judged = {one.name: one for one in examine([MeasuredSet("m", table)], models=models)}
-    # The simulated instrument is done within seconds, of which nobody can tell that a display is warm.
-    # Light that depends on the surround goes before what a channel adds to grey.
-    unjudged = {"spectral_overlap", "observer_metamerism", "gamut", "added_channels", "room_light"}
-    unjudged |= {"standard_primaries"}
-    assert {name for name, one in judged.items() if one.passed is None} == {*unjudged, "warm_up"}
-    assert table.time_s is not None
-    slow = replace(table, time_s=table.time_s * (36000 / table.time_s.max()))
-    judged = {one.name: one for one in examine([MeasuredSet("m", slow)], models=models)}
-    assert {name for name, one in judged.items() if one.passed is None} == unjudged
-    failed = {name for name, one in judged.items() if one.passed is False}
-    assert failed == {"crosstalk", "uniformity", "pixel_independence", "dynamic_contrast"}
-    assert judged["crosstalk"].value == pytest.approx(8.0, rel=0.05)
-    assert judged["glasses_transmittance"].value == pytest.approx(20.0, rel=0.01)
-
-
 def test_a_person_at_the_terminal_says_when_the_instrument_stands(folder: Path) -> None:
     """Without a window, the end of a line continues; where nobody answers, it stops, and resumes later."""
     result = _measure(folder, "--set", "uniformity", typed="\n" * 4)
@@ -260,20 +231,3 @@ def test_patches_of_one_area_on_one_grey_are_measured_and_fitted(folder: Path) -
     dim = read_csv(folder / "m.csv")
     assert dim.area is None
     assert dim.XYZ[np.all(dim.codes == 1, axis=1), 1].mean() == pytest.approx(0.5 * white, rel=0.01)
-
-
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
-def test_a_simulated_panel_of_six_bits_is_reported_as_that(folder: Path) -> None:
-    planted = ("--instrument-option", "panel_bits=6", "--instrument-option", "picture_level_limit=0.4")
-    result = _measure(folder, "--set", "cable", *planted)
-    assert result.exit_code == 0, result.output
-    told = CliRunner().invoke(group, ["display", "report", str(folder / "m.csv"), "--json"])
-    assert told.exit_code == 0, told.output
-    judged = {one["name"]: one for one in json.loads(told.output)["diagnoses"]}
-    assert "6 bits reach the eye" in judged["code_steps"]["words"]
-    assert judged["picture_level"]["value"] == pytest.approx(40, abs=1)
-    assert judged["white_segment"]["passed"] is True
-    page = (folder / "m.html").read_text()
-    assert "up to 50 % of the screen" in page
-    assert page.count("<svg") >= 12

@@ -24,14 +24,11 @@ from devices.readings import (
     asked_of,
     read_session,
 )
-from documents import InputError
 from runner.cli.main import group
-from runner.measuring.patch_screen import AskedScreen
-from runner.measuring.verification import asked_XYZ, doubt_on_light, judge, patches_of
-from runner.presenter import find_mode, open_surface
+from runner.measuring.verification import doubt_on_light, judge, patches_of
+from runner.presenter import find_mode
 from tests.choice import nightly
 from tests.runner.measuring.displays import DISPLAY as SMALL
-from tests.runner.presenter.test_plvc_pass import plvc
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 CURVE = ToneCurve(0.97, 0.02, 1.8)
@@ -190,21 +187,3 @@ def test_a_rig_and_a_mode_that_was_not_measured(tmp_path: Path) -> None:
     assert "by the model alone: mean" in result.output
     arguments = ["display", "verify", "--display", str(tmp_path / "display.yaml"), "--mode", "flat", *shown]
     assert "not characterised in the mode 'flat'" in str(CliRunner().invoke(group, arguments).exception)
-
-
-@pytest.mark.nightly
-def test_channels_that_act_on_each_other_are_undone_in_what_is_verified() -> None:
-    """PLVC: every colour asked can be shown, and the codes read back are the float64 model's."""
-    model = plvc(mixed=0.05)
-    asked = asked_of(model)
-    wanted = np.array([one.XYZ_cd_m2 for one in asked])
-    np.testing.assert_allclose(model.xyz(model.code(wanted)), wanted, rtol=1e-6)
-    try:
-        surface = open_surface("egl", (64, 48))
-    except InputError as error:
-        pytest.skip(str(error))
-    mode, models = find_mode("row-interleaved"), EyeModels(model, model)
-    with surface, AskedScreen(surface, mode, models, Correction(), asked_XYZ(asked, model)) as screen:
-        for patch in patches_of(asked, model).patches:
-            shown = screen.show_patch(patch, "both")
-            np.testing.assert_allclose(255 * np.array(shown.own), 255 * np.array(patch.codes), atol=0.501)

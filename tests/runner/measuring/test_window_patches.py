@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from devices.readings import read_session
 from tests.runner.measuring.displays import DISPLAY
 
 pytestmark = [pytest.mark.window, pytest.mark.nightly]
@@ -81,30 +80,3 @@ def test_keys_go_on_back_and_stop(window: Callable[..., Window], tmp_path: Path)
     assert "stopped after 3 of 39 patches" in shown.end()
     assert shown.process.returncode == 1
     assert len((tmp_path / "shown.csv").read_text().splitlines()) == 4 + 3  # with the line of the gamma table
-
-
-def test_a_measurement_is_paused_and_stopped_by_keys(window: Callable[..., Window], tmp_path: Path) -> None:
-    file = tmp_path / "m.jsonl"
-    simulated = ["--instrument", "simulated", "--settle", "0", "--instrument-option", "takes_s=0.1", "-o", str(file)]
-    measuring = window("measure", *simulated)
-    measuring.until("3/39")
-    measuring.press("space")
-    measuring.until("paused")
-    time.sleep(0.3)  # the reading that ran is kept
-    kept = len(read_session(file).readings)
-    time.sleep(0.5)
-    assert len(read_session(file).readings) == kept
-    measuring.press("space")
-    measuring.until(f"{kept + 2}/39")
-    measuring.press("Escape")
-    said = measuring.end()
-    assert measuring.process.returncode == 1
-    assert "stopped at the keyboard" in said
-    session = read_session(file)
-    assert kept + 2 <= len(session.readings) < 39
-    assert f"{len(session.readings)} readings are safe" in said
-    again = window("measure", *simulated, "--instrument-option", "takes_s=0", "--resume")
-    again.until(f"{len(session.missing)}/{len(session.missing)}")
-    again.end()
-    assert again.process.returncode == 0
-    assert not read_session(file).missing

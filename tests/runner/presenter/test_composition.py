@@ -244,39 +244,3 @@ def test_words_have_no_parallax_in_any_mode(egl: EglSurface, mode: str, same_mod
         assert abs((columns.min() + columns.max()) / 2 - (left.shape[1] / 2 + 11 // across)) <= 2
         assert abs((rows.min() + rows.max()) / 2 - (left.shape[0] / 2 - 40 // down)) <= 4
         assert presenter.counters.texts_rasterised == 1
-
-
-@pytest.mark.parametrize("mode", by_family(mode for mode in MODES if mode != "flat"))
-def test_ten_stimuli_need_fifteen_uploads_and_passes_and_a_draw_for_each_scene(
-    egl: EglSurface, mode: str, random_stereo: Stereo, same_models: EyeModels
-) -> None:
-    if find_mode(mode).unavailable(egl.size_px, stereo=False):
-        pytest.skip("this surface has not what the mode needs")
-    pictures = {f"stereo {number}": random_stereo(30, 40, number) for number in range(5)}
-    pictures |= {f"flat {number}": StereoImage.flat(random_stereo(30, 40, 9 + number).left) for number in range(5)}
-    names = list(pictures)
-    with Presenter(egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
-        for first in range(10):
-            for second in range(first):
-                scene = Scene((Picture(names[first], (0, -60)), Picture(names[second], (0, 60))))
-                presenter.show(scene)
-                presenter.show(scene)
-        work = presenter.counters
-    assert (work.decodes, work.uploads) == (10, 15)
-    assert work.colour_passes <= 15
-    assert (work.frames_drawn, work.scenes_skipped, work.frames_redrawn) == (45, 45, 0)
-
-
-def test_black_stays_where_no_picture_is_after_a_scene_that_filled_the_screen(
-    small_egl: EglSurface, random_stereo: Stereo, same_models: EyeModels
-) -> None:
-    pictures = {"whole": random_stereo(120, 160), "part": random_stereo(119, 160)}
-    for mode in WOVEN:
-        with Presenter(small_egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
-            presenter.show(Scene((Picture("whole"),)))
-            assert presenter.capture()["screen"].any(axis=2).mean() > 0.99
-            presenter.show(Scene((Picture("part"),)))
-            presenter.show(Scene((Picture("part", (0, 1)),)))
-            codes = wanted_codes(mode, pictures["part"], same_models)
-            expected = reference(mode, codes, size_px=small_egl.size_px, offset_px=(0, 1))
-            assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501

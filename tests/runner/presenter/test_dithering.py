@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import Masks, channel_split, dither_thresholds
 from devices.compensation.dither import dither_tables, tabled_dither_codes
 from devices.display import EYES, DisplayModel, Eye, EyeModels, read_display
@@ -103,13 +102,6 @@ def patches(codes: Codes, count: int) -> Codes:
     return codes.reshape(-1, 64, ACROSS, 64, 3).swapaxes(1, 2).reshape(-1, 4096, 3)[:count]
 
 
-def mean_XYZ(model: DisplayModel, codes: Codes, levels: int) -> Floats:
-    """The mean XYZ of each patch (n, 4096, 3), on a display whose channels add up."""
-    shares = np.arange(levels + 1) / levels
-    linear = [curve.linear(shares)[codes[..., i]].mean(axis=1) for i, curve in enumerate(model.curves)]
-    return model.xyz_of_linear(np.stack(linear, axis=-1))
-
-
 @pytest.fixture(scope="module")
 def twins_of(
     model: Callable[..., DisplayModel], colour_ramps: Callable[[DisplayModel], Views]
@@ -168,35 +160,6 @@ def test_the_light_of_codes_decides_where_the_code_table_errs(
     assert different == tied <= 4
 
 
-@pytest.mark.parametrize(("levels", "dtype"), [(255, "f1"), *nightly((255, "f4")), (1023, "f4")])
-def test_the_mean_over_a_mask_period_is_the_light_that_was_asked(
-    egl: EglSurface, thesis: DisplayModel, levels: int, dtype: Literal["f1", "f4"]
-) -> None:
-    rng = np.random.default_rng(6)
-    greys = np.concatenate([np.arange(0, 8, 0.125), np.geomspace(8, 255, 60)])
-    random = [rng.uniform(0, 30, (60, 3)), rng.uniform(0, 255, (60, 3))]
-    codes = np.concatenate([np.repeat(greys[:, None], 3, axis=1), *random])
-    asked = thesis.xyz(codes / 255)
-    shown = dithered(egl, thesis, tiles(asked), Dithering(levels=levels), dtype=dtype)
-    mean = mean_XYZ(thesis, patches(shown, len(asked)), levels)
-    white = thesis.white_XYZ_cd_m2
-    assert delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(mean, white)).max() <= 0.05
-    lit = asked[:, 1] > 0
-    assert np.array_equal(mean[~lit, 1], np.zeros(np.count_nonzero(~lit)))
-    bias = np.abs(mean[lit, 1] / asked[lit, 1] - 1)
-    lowest = codes[lit].min(axis=1)
-    assert bias[lowest >= 4].max() <= 0.001
-    assert bias[lowest >= 1.5].max() <= 0.005
-
-
-def test_rounding_does_not_keep_the_mean(egl: EglSurface, thesis: DisplayModel) -> None:
-    """What the limits above are worth: without dithering the same patches miss them by far."""
-    asked = thesis.xyz(np.full((1, 3), 4.5) / 255)
-    rounded = read(ColourPass(egl.context, thesis).run(upload(egl.context, tiles(asked))), "f1", 255)
-    mean = mean_XYZ(thesis, patches(rounded, 1), 255)
-    assert abs(mean[0, 1] / asked[0, 1] - 1) > 0.05
-
-
 def test_an_exact_code_is_that_code_at_every_pixel(egl: EglSurface, thesis: DisplayModel) -> None:
     """Each channel takes all 256 codes, in unrelated order."""
     rng = np.random.default_rng(9)
@@ -204,12 +167,6 @@ def test_an_exact_code_is_that_code_at_every_pixel(egl: EglSurface, thesis: Disp
     for eye in EYES:
         shown = dithered(egl, thesis, tiles(thesis.xyz(codes / 255)), Dithering("independent"), eye=eye)
         assert np.array_equal(patches(shown, 256), np.broadcast_to(codes[:, None], (256, 4096, 3)))
-
-
-def test_light_beyond_the_ends_takes_the_end(egl: EglSurface, thesis: DisplayModel) -> None:
-    shown = patches(dithered(egl, thesis, tiles(np.array([[-1.0, -1, -1], [1e4, 1e4, 1e4]]))), 2)
-    assert shown[0].max() == 0
-    assert np.all(shown[1] == 255)
 
 
 @pytest.mark.parametrize(("masks", "same"), [("shared", True), ("independent", False)])

@@ -14,10 +14,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from devices.compensation import Correction, least_squares
-from devices.display import EYES, Crosstalk, Eye, EyeModels, GainMap, Plvc, Residual, TableCurve
+from devices.display import EYES, Eye, EyeModels, Plvc, Residual, TableCurve
 from runner.presenter import MODES, PresentationError, find_mode
 from runner.presenter.surfaces.egl import EglSurface
-from tests.displays import corrections, crosstalks, eye_models
+from tests.displays import corrections, eye_models
 from tests.runner.families import by_family
 from tests.runner.presenter.drawn_displays import (
     SIZE_PX,
@@ -67,13 +67,6 @@ def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels,
     _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
 
 
-@pytest.mark.nightly
-@TWO
-@given(models=eye_models(plvc=True, residual=True), seed=SEEDS)
-def test_what_channels_that_act_on_each_other_leave_over(surface: EglSurface, models: EyeModels, seed: int) -> None:
-    _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
-
-
 @FEW
 @given(
     models=eye_models(plvc=False),
@@ -100,24 +93,6 @@ def test_crosstalk_between_channels_that_act_on_each_other(
     """In the arithmetic of graphics cards; in doubles: test_residual_pass.py, with what is left over too."""
     words = ("two-floats",)
     _check(worst_of_an_eye(surface, models, correction, eye, 10, seed, words), words)
-
-
-def _of_several_knots(models: EyeModels) -> bool:
-    """Return whether the residual's table is no power of two wide: drivers compile the shader for either kind."""
-    knots = len(models.left.residual.knots) if isinstance(models.left, Plvc) and models.left.residual else 0
-    return (knots & (knots + 1)) != 0
-
-
-@pytest.mark.nightly
-@TWO
-@given(models=eye_models(plvc=True, residual=True).filter(_of_several_knots), leaks=crosstalks(), seed=SEEDS)
-def test_crosstalk_and_an_uneven_panel_with_what_is_left_over(
-    surface: EglSurface, models: EyeModels, leaks: Crosstalk, seed: int
-) -> None:
-    """In the arithmetic of graphics cards; in doubles, and on panels of other readings: make stress."""
-    words = ("two-floats",)
-    panel = GainMap(np.random.default_rng(seed).uniform(60.0, 100.0, (3, 5)), SIZE_PX, "corners", "centre")
-    _check(worst_of_an_eye(surface, models, Correction(leaks, panel), "left", 10, seed, words), words)
 
 
 @FEWER

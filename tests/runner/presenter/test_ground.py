@@ -9,11 +9,10 @@ import pytest
 
 from devices.compensation import Compensation, Correction
 from devices.display import EYES, Crosstalk, DisplayModel, EyeModels
-from runner import Picture, Scene
+from runner import Scene
 from runner.presenter import MODES, Presenter, coverage, find_mode
 from runner.presenter.ground import Ground, Inks, Light
 from runner.scene import Box, Text
-from stimuli.pictures import StereoImage
 from tests.choice import nightly
 from tests.runner.families import by_family
 
@@ -57,17 +56,6 @@ def test_every_pixel_of_an_eye_is_the_background_that_was_asked_for(
             mixture = compensation.mixture
             code = models.eye(eye).code(wanted[EYES.index(eye)]) if mixture is None else mixture.code(*wanted)
             assert np.abs(code_there - 255 * code).max() <= 0.501
-
-
-def test_a_picture_of_the_background_s_light_cannot_be_seen_on_it(make_presenter: Make, model: Model) -> None:
-    models = EyeModels(model(1.9, black=0.02), model(2.4, black=0.05))
-    ground = Ground(Light(luminance_cd_m2=6.0, xy=(0.32, 0.33)))
-    XYZ = np.broadcast_to(ground.background_XYZ_cd_m2(models.left), (30, 40, 3)).astype(np.float32)
-    presenter = make_presenter({"grey": StereoImage.flat(XYZ)}, models=models, ground=ground)
-    presenter.show(Scene((Picture("grey"), Box((0, 40), (20, 20), 0.0))))
-    for eye in EYES:
-        view = presenter.eye_view(eye)
-        assert (view == view[0, 0]).all()
 
 
 @pytest.mark.parametrize("ground", [*nightly(*GROUNDS[:2]), GROUNDS[2]])

@@ -184,19 +184,6 @@ def test_hints_name_the_keys_as_they_stand_on_the_keyboard(
     assert bool(labels) == bool(recorded) == any("(" in said for said in words)
 
 
-@pytest.mark.nightly
-def test_doctor_lists_the_keys_of_an_experiment_that_the_keyboard_cannot_send(lay: Lay, study: Study) -> None:
-    text = study.experiment.read_text()
-    study.experiment.write_text(
-        f"{text}keys: {{up: [ö, a], down: [é, pad_y], space: [wheel_up, '1'], r: [ф], s: [é]}}\n"
-    )
-    lay("fr")
-    told = study.cyclopean("doctor", "--experiment", study.experiment).stdout
-    assert "'ö' (first)" in told
-    assert "'ф' (repeat in the pause's menu)" in told
-    assert "'é'" not in told
-
-
 def test_doctor_lists_keys_of_a_note_too(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where words are typed, every key is itself, whatever `keys` of the experiment puts in its place."""
     from runner.check import doctor

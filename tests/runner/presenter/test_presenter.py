@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from devices.display import DisplayModel, EyeModels
 from runner import Picture, Scene
 from runner.presenter import Codes, EyeArea, GraphicsError, PresentationError, Presenter
-from runner.presenter.counters import missed_frames
 from runner.scene import Text
 from stimuli.pictures import StereoImage
 
@@ -227,11 +226,3 @@ def test_a_picture_that_was_let_go_for_a_scene_that_failed_is_made_again(
     presenter.redraw()
     assert presenter.counters.uploads == 6
     np.testing.assert_array_equal(presenter.capture()["screen"], before)
-
-
-@pytest.mark.parametrize(
-    ("interval_s", "refresh_hz", "missed"),
-    [(1 / 60, 60.0, 0), (2 / 60, 60.0, 1), (3.1 / 60, 60.0, 2), (1.4 / 60, 60.0, 0), (5.0, None, 0)],
-)
-def test_frames_are_missed_by_whole_refreshes(interval_s: float, refresh_hz: float | None, missed: int) -> None:
-    assert missed_frames(interval_s, refresh_hz) == missed

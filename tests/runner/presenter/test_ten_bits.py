@@ -5,14 +5,12 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
-from devices.display import EYES, DisplayModel, EyeModels, read_display
+from devices.display import EYES, DisplayModel, EyeModels
 from documents.arrays import Floats
 from runner import Picture, Scene
 from runner.presenter import (
@@ -36,7 +34,7 @@ from tests.runner.presenter.conftest import AskedRamps
 MakeModel = Callable[..., DisplayModel]
 Stereo = Callable[..., StereoImage]
 
-ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
+
 SCENE = Scene((Picture("a"),))
 FULL_CODE = 1023
 DISPLAYS = [
@@ -103,20 +101,6 @@ def test_every_pixel_is_the_rounded_reference(
         assert_rounded(presenter.capture()["screen"], woven)
 
 
-def test_ten_bits_cost_a_quarter_of_what_eight_cost(deep_surface: Surface) -> None:
-    """The thesis's display, the colours that 8 bits are tried with: mean ΔE00 at most 0.04."""
-    models = read_display(ASUS).models("side-by-side")
-    codes = np.random.default_rng(7).uniform(0.02, 0.93, (480, 320, 3))
-    asked = models.left.xyz(codes).astype(np.float32)
-    with Presenter(deep_surface, find_mode("side-by-side"), models, lambda _: StereoImage.flat(asked)) as presenter:
-        presenter.show(SCENE)
-        shown = models.left.xyz(presenter.eye_view("left") / FULL_CODE)
-    white = models.left.white_XYZ_cd_m2
-    difference = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(shown, white))
-    assert 0.005 < difference.mean() <= 0.04  # rounding cannot be avoided
-    assert np.percentile(difference, 95) <= 0.09
-
-
 def test_words_on_black_are_their_ink(deep_surface: Surface, model: MakeModel) -> None:
     """Every pixel of smooth letters is a code of the ramp, none lost to blending."""
     display = model(2.2)
@@ -137,11 +121,6 @@ def test_the_instruments_square_is_full_drive(
     with Presenter(deep_surface, mode, same_models, lambda _: picture) as presenter:
         presenter.show(SCENE)
         assert np.all(presenter.capture()["screen"][:30, :30] == FULL_CODE)
-
-
-def test_the_facts_tell_the_bits(deep_surface: Surface) -> None:
-    assert deep_surface.facts.bits == deep_surface.bits == 10
-    assert deep_surface.facts.remarks == ()
 
 
 def test_the_surface_reads_all_1024_codes(deep_egl: EglSurface) -> None:

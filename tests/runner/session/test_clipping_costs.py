@@ -102,18 +102,6 @@ def test_a_cache_hit_is_what_was_computed(study: Study, rig: Callable[[Study], N
     assert any(described["clipping"]["left"]["percent_any"] > 0.0 for described in first)
 
 
-def test_no_picture_is_read_for_what_is_found(study: Study) -> None:
-    first, _ = _opened(study)
-    design = read_experiment(study.experiment)
-    stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
-
-    def load(name: str) -> StereoImage:
-        raise AssertionError(f"{name} was read")
-
-    costs = ClippingCosts.of(design, stimuli, load)
-    assert [costs.description(name) for name in stimuli.names] == first
-
-
 def _other_picture(study: Study) -> None:
     rng = np.random.default_rng(9)
     for name in ("one", "two", "three", "four"):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -80,16 +78,6 @@ def test_another_table_is_refused_and_accepted_where_asked(study: Study, load_ta
 
 
 @pytest.mark.nightly
-def test_what_is_not_known_is_a_warning(study: Study, load_table: Load) -> None:
-    measured_with(study, None)
-    said: list[str] = []
-    run_session(study.experiment, "01", options(study, notify=said.append))
-    (warning,) = [line for line in said if "gamma" in line]
-    assert "is not known: nobody looked" in warning
-    assert log_of(study).header.presentation.gamma_table.measured == {"both": {"unknown": "nobody looked"}}
-
-
-@pytest.mark.nightly
 def test_check_refuses_the_table_that_a_session_would(study: Study, load_table: Load) -> None:
     def checked(**more: Any) -> tuple[str, str]:
         report = check_file(study.experiment, CheckOptions(results=study.results, pictures=False, **more))
@@ -110,19 +98,6 @@ def test_check_refuses_the_table_that_a_session_would(study: Study, load_table: 
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
     errors, warnings = checked()
     assert "gamma" not in errors + warnings
-
-
-@pytest.mark.nightly
-def test_check_looks_once_the_table_that_a_killed_session_left_is_restored(study: Study, load_table: Load) -> None:
-    measured_with(study, 1.1)
-    code = (
-        "import os\nfrom runner.presenter.surfaces.windows import WindowSurface\n"
-        "WindowSurface((320, 240), windowed=True, identity=True)\nos.kill(os.getpid(), 9)"
-    )
-    assert subprocess.run([sys.executable, "-c", code]).returncode == -9
-    report = check_file(study.experiment, CheckOptions(results=study.results, pictures=False))
-    assert "gamma" not in "\n".join(map(str, report.errors))
-    assert "that was killed" in "\n".join(map(str, report.warnings))
 
 
 @pytest.fixture
@@ -192,18 +167,6 @@ def test_a_rig_sets_the_identity_for_its_sessions(study: Study, load_table: Load
     study.edit("rig.yaml", "gamma_table: identity\n", "")
     with pytest.raises(SessionError, match="is not the one"):
         run_session(study.experiment, "02", options(study))
-
-
-@pytest.mark.nightly
-def test_without_a_window_nothing_is_said_or_refused(study: Study, load_table: Load) -> None:
-    measured_with(study, 1.0)
-    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
-    said: list[str] = []
-    settings = SessionOptions(results=study.results, simulate=study.observers, notify=said.append)
-    assert run_session(study.experiment, "01", settings).ending == "completed"
-    assert not [line for line in said if "gamma" in line]
-    held = log_of(study).header.presentation.gamma_table.given()
-    assert held["loaded"] == {"both": {"monitor": "", "unknown": "it was drawn without a window"}}
 
 
 def test_another_table_in_the_display_file_is_another_display(study: Study, tmp_path: Path) -> None:

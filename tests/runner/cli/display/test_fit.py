@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +13,11 @@ import pytest
 from click.testing import CliRunner
 
 from devices.characterise import choose, display_fit, table_c1_codes, thesis_display
-from devices.colour import delta_e_2000, xyz_to_lab
-from devices.display import EYES, GammaTable, Plvc, read_display
+from devices.display import read_display
 from devices.errors import DeviceError
-from devices.readings import Measurements, read_measurements, write_csv
-from devices.readings.ti3 import write_ti3
+from devices.readings import Measurements, write_csv
 from runner.cli.main import group
-from runner.presenter import LoadedTable
-from runner.presenter.gamma_check import compare_tables
-from tests.choice import nightly
-from tests.example_displays import liquid_crystal_XYZ, noisy
+from tests.example_displays import noisy
 from tests.kept import kept
 
 CODES = table_c1_codes()
@@ -76,13 +70,6 @@ def _run(*arguments: str, given: str | None = None) -> str:
     return result.stdout
 
 
-def _there_and_back(display: Path, codes: str) -> list[list[str]]:
-    """Return the cells of a table of codes, converted to XYZ and back by the only mode of a display file."""
-    XYZ = _run("convert", "--display", str(display), "--to", "xyz", given=codes)
-    told = _run("convert", "--display", str(display), "--to", "code", given=XYZ)
-    return [line.split(",") for line in told.splitlines()]
-
-
 def test_the_table_names_every_candidate_and_the_chosen(thesis: Path, tmp_path: Path) -> None:
     """JSON holds their held-out figures; both that a model is chosen by stand in ``source`` of the display file."""
     told = _run("fit", str(thesis))
@@ -90,64 +77,6 @@ def test_the_table_names_every_candidate_and_the_chosen(thesis: Path, tmp_path: 
     for name in ("gamma", "ggo", "gogo", "table", "plvc", "residual"):
         assert name in told
     assert "Where it errs:" in told
-
-
-@pytest.mark.parametrize("model", nightly("gamma", "gog", "ggo", "gogo", "table"))
-def test_a_display_file_gives_the_model_back_and_converts(thesis: Path, tmp_path: Path, model: str) -> None:
-    path = tmp_path / "d.yaml"
-    told = _run("fit", str(thesis), "--model", model, "-o", str(path), *PANEL)
-    assert "wrote" in told
-    display = read_display(path)
-    assert model in display.sources["quad-buffered"]
-    assert "ΔE00" in display.sources["quad-buffered"]
-    head, *rows = _there_and_back(path, "name,red,green,blue\na,60,120,200\nb,255,255,255\n")
-    assert head == ["name", "red", "green", "blue"]
-    np.testing.assert_allclose([float(v) for v in rows[0][1:]], [60, 120, 200], atol=1e-4)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("model", ["gog", *nightly("gamma", "ggo", "table")])
-def test_the_black_that_is_printed_is_the_light_of_code_0(tmp_path: Path, model: str) -> None:
-    """A GOG has its black in the curves' offsets: its own term is 0."""
-    file = tmp_path / "lit.csv"
-    light = thesis_display().xyz(CODES) + [0.095, 0.1, 0.109]
-    write_csv(Measurements(CODES, light, mode="quad-buffered"), file)
-    said = _run("fit", str(file), "--model", model, "--brief")
-    (line,) = (line for line in said.splitlines() if line.startswith("Its black"))
-    by_model, as_read = (float(value) for value in re.findall(r"Y ([\d.]+)", line))
-    black = light[np.all(CODES == 0, axis=1)].mean(axis=0)
-    assert as_read == pytest.approx(black[1], abs=1e-4)
-    if model == "gamma":
-        assert by_model == 0.0  # it has none, and both are said
-    else:
-        assert by_model == pytest.approx(black[1], rel=0.3)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("observer", ["CIE 1964 10", "CIE 1931 2"])
-def test_the_observer_of_readings_is_said(tmp_path: Path, observer: str) -> None:
-    file = tmp_path / "r.ti3"
-    write_ti3(Measurements(CODES, thesis_display().xyz(CODES), mode="flat", observer=observer), file)
-    assert f"Colorimetric observer: {observer}°" in _run("fit", str(file), "--model", "gog", "--brief")
-
-
-@pytest.mark.nightly
-def test_a_ti3_is_fitted_and_converted(thesis: Path, tmp_path: Path) -> None:
-    file, path = tmp_path / "thesis.ti3", tmp_path / "d.yaml"
-    readings = replace(read_measurements(thesis), eye=("left",) * 120)
-    write_ti3(readings, file)
-    told = _run("fit", str(file), "--model", "gog", "-o", str(path), *PANEL)
-    assert "the left lens stands for both eyes" in told
-    model = read_display(path).models("quad-buffered").left
-    for target, columns, given, found in (
-        ("xyz", "X,Y,Z", readings.codes, model.xyz),
-        ("code", "red,green,blue", readings.XYZ, lambda XYZ: 255 * model.code(XYZ)),
-    ):
-        told = _run("convert", str(file), "--display", str(path), "--mode", "quad-buffered", "--to", target)
-        head, *rows = [line.split(",") for line in told.splitlines()]
-        assert head == ["name", *columns.split(",")]
-        assert [row[0] for row in rows] == list(readings.name)
-        np.testing.assert_allclose(np.array([row[1:] for row in rows], dtype=float), found(given), rtol=1e-8)
 
 
 def test_json_holds_the_held_out_figures_and_the_display_file_how_far_light_is_off(
@@ -174,27 +103,6 @@ def test_json_holds_the_held_out_figures_and_the_display_file_how_far_light_is_o
     assert display.held_out["quad-buffered"]["left"].mean == pytest.approx(
         chosen["held_out_delta_e_2000"]["mean"], abs=0.005
     )
-
-
-@pytest.mark.nightly
-def test_a_calibrated_display_whose_calibration_ends_low_is_fitted_with_its_table(tmp_path: Path) -> None:
-    """Readings through dispread -k: the codes stay as sent, and the calibration becomes the mode's gamma table."""
-    calibration = GammaTable.from_shares(np.linspace(0.0, 1.0, 256)[:, None] * [0.97, 0.746, 0.68])
-    light = noisy(thesis_display().xyz(calibration.at(CODES)), 0.002, 1)
-    file, path = tmp_path / "calibrated.ti3", tmp_path / "d.yaml"
-    write_ti3(Measurements(CODES, light, mode="flat", gamma_table=calibration), file)
-    told = _run("fit", str(file), "--model", "gog", "-o", str(path), *PANEL)
-    assert "only while this calibration is loaded" in told
-    display = read_display(path)
-    held = display.gamma_table("flat", "left")
-    assert held.same_as(calibration)
-    # What run and check compare: that calibration is right, and an identity table is another one.
-    for loaded, right in ((calibration, True), (GammaTable.identity(256), False)):
-        verdict = compare_tables(display.gamma_tables["flat"], dict.fromkeys(EYES, LoadedTable("DP-1", loaded)))
-        assert (not verdict.refusal) is right
-    model, white = display.models("flat").left, light.max(axis=0)
-    apart = delta_e_2000(xyz_to_lab(model.xyz(CODES), white), xyz_to_lab(light, white))
-    assert apart.mean() < 0.3
 
 
 def test_a_mode_is_added_and_nothing_else_changes(thesis: Path, tmp_path: Path) -> None:
@@ -227,23 +135,6 @@ def test_the_eyes_come_one_after_the_other(thesis: Path, tmp_path: Path) -> None
     assert "table fitted" in text
     assert "gogo fitted" in text
     assert "gog fitted" not in text
-
-
-@pytest.mark.nightly
-def test_plvc_is_written_and_read_and_converts_as_it_was_fitted(tmp_path: Path) -> None:
-    file, path = tmp_path / "lcd.csv", tmp_path / "d.yaml"
-    XYZ = liquid_crystal_XYZ(CODES)
-    write_csv(Measurements(CODES, XYZ, mode="flat"), file)
-    told = json.loads(_run("fit", str(file), "--model", "plvc", "--json", "-o", str(path), *PANEL))
-    assert told["both"]["chosen"] == "plvc"
-    model = read_display(path).models("flat").left
-    assert isinstance(model, Plvc)
-    white = model.white_XYZ_cd_m2
-    off = delta_e_2000(xyz_to_lab(model.xyz(CODES), white), xyz_to_lab(XYZ, white))
-    held = next(one for one in told["both"]["candidates"] if one["model"] == "plvc")["fitted_delta_e_2000"]
-    assert off.mean() == pytest.approx(held["mean"], abs=0.01)
-    found = _there_and_back(path, "red,green,blue\n200,100,50\n10,20,30\n")[1:]
-    np.testing.assert_allclose(np.array(found, dtype=float), [[200, 100, 50], [10, 20, 30]], atol=1e-6)
 
 
 @pytest.mark.parametrize(
