@@ -6,11 +6,9 @@ import json
 import subprocess
 from collections.abc import Callable
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.stats import binom, norm
 
@@ -21,7 +19,6 @@ from analysis.jod import scale_jod
 from analysis.jod.fits import fit_jod
 from analysis.scaling import LAWS, DistancePrior
 from analysis.scaling.distance_prior import PRIORS, all_pairs
-from cyclopean import scores
 from documents.arrays import Floats
 from tests.choice import nightly
 
@@ -288,25 +285,6 @@ def test_groups_have_scales_of_their_own() -> None:
 def test_what_has_no_scale_is_refused(told: list[Answer], options: dict[str, object], message: str) -> None:
     with pytest.raises(ResultsError, match=message):
         scale_jod(from_answers(told), **options)  # type: ignore[arg-type]
-
-
-@pytest.mark.nightly
-def test_the_command_and_python_agree(cyclopean: Call, tmp_path: Path) -> None:
-    lines = ["winner,loser,count,observer"]
-    lines += [f"{a},{b},{n},{who}" for who in "xyz" for a, b, n in (("a", "b", 1), ("b", "a", 3), ("b", "c", 2))]
-    table = tmp_path / "t.csv"
-    table.write_text("\n".join(lines), encoding="utf-8")
-    done = cyclopean("scores", str(table), "--method", "pwcmp", "--jod-zero", "c", "--json")
-    told = json.loads(done.stdout)
-    assert (told["method"], told["model"], told["zero"], told["distance_prior"]) == (
-        "pwcmp", "thurstone", "c", "gaussian",
-    )  # fmt: skip
-    by_python = scores(pd.read_csv(table), method="pwcmp", jod_zero="c").to_frame()
-    assert by_python["jod"].tolist() == pytest.approx([item["jod"] for item in told["items"]])
-    assert list(told["items"][0]) == ["name", "wins", "comparisons", "jod", "jod_low", "jod_high", "class"]
-    plain = cyclopean("scores", str(table), "--method", "pwcmp").stdout
-    assert "'a' is at 0 JOD" in plain
-    assert "no observer" not in plain  # three observers have no quartiles
 
 
 @pytest.mark.parametrize(

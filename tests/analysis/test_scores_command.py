@@ -11,10 +11,6 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, SessionLog
-from tests.answers import changed
-
-Maker = Callable[..., SessionLog]
 Call = Callable[..., subprocess.CompletedProcess[str]]
 Table = Mapping[str, tuple[float, str]]
 
@@ -25,13 +21,6 @@ KEYS = {"name", "wins", "comparisons", "theta", "se", "score", "log10_score", "c
 def call(cyclopean: Call) -> Call:
     """Call the program with (words, what its standard input holds)."""
     return lambda words, text="": cyclopean(*words, text=text, expect=None)
-
-
-def write_log(session: SessionLog, folder: Path) -> None:
-    folder.mkdir(parents=True)
-    lines = [session.header.to_json(), *(changed(trial, block=0).to_json() for trial in session.trials)]
-    lines += [{"record": "end"}] if session.complete else []
-    (folder / FILE_NAME).write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
 
 
 def test_table_4_4_in_json(call: Call, table_4_4: Table, tmp_path: Path) -> None:
@@ -106,40 +95,6 @@ def test_the_table_for_people_shows_scores_and_classes(call: Call) -> None:
     assert done.returncode == 0
     assert "0.7500" in done.stdout
     assert "class" in done.stdout
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_report_lands_in_the_first_folder_and_says_where(call: Call, make_session: Maker, tmp_path: Path) -> None:
-    for number in range(1, 5):
-        write_log(make_session(f"{number:02d}", names="abc"), tmp_path / f"station{number % 2}" / f"sub-{number:02d}")
-    folders = [str(tmp_path / "station0"), str(tmp_path / "station1"), str(tmp_path / "station1" / "sub-01")]
-    done = call(["report", *folders, "--json"])
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["sessions"] == 4
-    assert told["report"] == str(tmp_path / "station0" / "report.html")
-    assert "dynamic_range" in (tmp_path / "station0" / "report.html").read_text(encoding="utf-8")
-    elsewhere = call(["report", folders[0], "-o", str(tmp_path / "page.html")])
-    assert elsewhere.returncode == 0
-    assert (tmp_path / "page.html").exists()
-    assert "2 observers" in elsewhere.stdout
-
-
-def test_results_that_are_not_there_end_with_status_2(call: Call, tmp_path: Path) -> None:
-    for place in (tmp_path, tmp_path / "none"):
-        done = call(["report", str(place)])
-        assert done.returncode == 2
-        assert str(place) in done.stderr
-    assert not (tmp_path / "report.html").exists()
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_page_that_cannot_be_written_ends_with_status_1(call: Call, make_session: Maker, tmp_path: Path) -> None:
-    write_log(make_session("01", names="abc"), tmp_path / "sub-01")
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    done = call(["report", str(tmp_path), "-o", str(tmp_path / "file" / "page.html")])
-    assert done.returncode == 1
-    assert "cannot be written" in done.stderr
 
 
 TIES = """winner,loser,observer,first,outcome

@@ -34,9 +34,6 @@ from stimuli.align.roll_scale import fit_roll_scale
 from stimuli.align.toe_in import keystone, toe_in_homography
 from stimuli.errors import StimulusError
 from stimuli.pictures import Eye, StereoImage
-from stimuli.recipes import read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import Studio
 from tests.compiled_loops import not_in_numpy
 from tests.kept import known
 
@@ -45,26 +42,6 @@ from tests.kept import known
 ROOT = Path(__file__).parents[2]
 WITHIN_PX = 0.02  # promised
 PITCH_MM = 0.277
-
-
-@pytest.fixture(scope="module")
-def plate_views() -> dict[str, Floats32]:
-    """Views of half the shipped grey plate, each eye with sparkles of its own; the right one as it lies, and moved.
-
-    They are rendered on pixels a quarter as wide and averaged: moved by one of these, a view is moved by 0.25 px.
-    """
-    recipe, _ = read_recipe(ROOT / "configs/stimuli/manitoba_gray.yaml")
-    assert isinstance(recipe, SparklePlateRecipe)
-    plate = recipe.plate.model_copy(update={"size_mm": (105.0, 70.0)})
-    studio = Studio(plate, recipe.lamp, recipe.camera, recipe.seed, PITCH_MM / 4)
-    left, right = (one.xyz_cd_m2 for one in studio.photographs("stereo", 1.0))
-
-    def averaged(view: Floats32, quarters: int) -> Floats32:
-        height, width = ((length - 32) // 4 for length in view.shape[:2])
-        part = view[16 : 16 + 4 * height, 16 - quarters : 16 - quarters + 4 * width]
-        return np.asarray(part.reshape(height, 4, width, 4, 3).mean(axis=(1, 3)), dtype=np.float32)
-
-    return {"left": averaged(left, 0), **{str(k / 4): averaged(right, k) for k in (0, 1, -2, 13)}}
 
 
 def sparkles(
@@ -101,18 +78,6 @@ def test_a_known_shift_comes_back(shift: tuple[float, float]) -> None:
     np.testing.assert_allclose(found.shift_px, shift, atol=WITHIN_PX)
     assert found.false_alarm < 1e-6
     assert max(found.standard_error_px) < 0.01
-
-
-@pytest.mark.nightly
-def test_the_standard_error_is_the_scatter() -> None:
-    rng = np.random.default_rng(2)
-    clean = sparkles(0.0, side=96), sparkles(0.25, side=96)
-    noise = 0.02 * clean[0].max()
-    found = [register(*(one + rng.normal(0.0, noise, one.shape) for one in clean)) for _ in range(60)]
-    errors = np.array([one.shift_px for one in found]) - (0.25, 0.0)
-    told = np.sqrt(np.mean(np.square([one.standard_error_px for one in found])))
-    # 120 errors: their root mean square is known to 6.5 %.
-    assert np.sqrt(np.mean(errors**2)) == pytest.approx(told, rel=0.25)
 
 
 def test_an_aligned_pair_is_at_zero_and_cropped_alike() -> None:
@@ -306,20 +271,6 @@ def test_no_negative_light_is_made() -> None:
     assert none == 0
 
 
-@pytest.mark.nightly
-def test_the_shipped_plate_lies_at_zero_and_moves_as_it_was_moved(plate_views: dict[str, Floats32]) -> None:
-    still = register(plate_views["left"], plate_views["0.0"])
-    # Each eye sees sparkles of its own: the plane is found as well as the ones in common allow.
-    assert still.correlation < 0.9
-    np.testing.assert_allclose(still.shift_px, 0.0, atol=0.04)
-    for name in ("0.25", "-0.5", "3.25"):
-        moved = register(plate_views["left"], plate_views[name])
-        np.testing.assert_allclose(np.subtract(moved.shift_px, still.shift_px), (float(name), 0.0), atol=WITHIN_PX)
-    report = measure_disparity(plate_views["left"], plate_views["0.0"], viewing=Viewing(PITCH_MM, 700.0))
-    assert report.used > 0.9 * report.blocks
-    assert abs(report.horizontal["px"].median) < 0.05
-
-
 def test_vertical_is_measured_even_where_it_is_left() -> None:
     found = align_pair(picture(sparkles(0.0)), picture(sparkles(2.0, 0.5)), correct_vertical=False)
     assert found.vertical_px == pytest.approx(0.5, abs=0.005)
@@ -339,15 +290,6 @@ def test_swapping_the_eyes_negates(dx: float, dy: float, seed: int, noise: float
     np.testing.assert_allclose(one.shift_px, np.negative(two.shift_px), atol=2e-6)
     np.testing.assert_allclose(one.shift_px, (dx, dy), atol=WITHIN_PX)
     assert one.standard_error_px == pytest.approx(two.standard_error_px, rel=1e-3)
-
-
-@pytest.mark.nightly
-@settings(max_examples=15, deadline=None)
-@given(dx=st.floats(-20.0, 20.0), dy=st.floats(-20.0, 20.0), shift=st.floats(-3.0, 3.0), seed=st.integers(0, 1000))
-def test_shifting_both_shifts_nothing(dx: float, dy: float, shift: float, seed: int) -> None:
-    still = register(*(sparkles(x, side=112, seed=seed) for x in (0.0, shift)))
-    moved = register(*(sparkles(dx + x, dy, side=112, seed=seed) for x in (0.0, shift)))
-    np.testing.assert_allclose(moved.shift_px, still.shift_px, atol=WITHIN_PX / 2)  # other sparkles enter at the edges
 
 
 def test_the_spread_of_blocks_is_told_apart_from_their_noise() -> None:
@@ -657,15 +599,6 @@ def test_the_report_of_an_aligned_pair_tells_roll_and_scale() -> None:
     assert found.scale == pytest.approx(1.001, abs=4 * found.scale_se)
     assert found.roll_se_deg < 0.02
     assert found.corner_px == pytest.approx(np.radians(0.2) * (SIDE - 1) / 2 + 0.001 * (SIDE - 1) / 2, rel=0.1)
-
-
-@pytest.mark.nightly
-def test_swapping_the_eyes_turns_the_roll_round() -> None:
-    left, right = view(), view(0.4, 1.003, (5.0, 0.5))
-    one, other = straighten(left, right), straighten(right, left)
-    assert one.roll_scale.roll_deg == pytest.approx(-other.roll_scale.roll_deg, abs=1e-3)
-    assert one.roll_scale.scale == pytest.approx(1 / other.roll_scale.scale, abs=1e-5)
-    assert np.abs(one.left - other.right).max() < 0.02 * left.max()
 
 
 @pytest.mark.nightly

@@ -354,12 +354,6 @@ def test_flat_pictures_stay_flat() -> None:
     assert grey_picture(flat, (0.3127, 0.329)).is_flat
 
 
-def test_scaling_and_grey_commute(pair: StereoImage) -> None:
-    one = scaled_picture(grey_picture(pair, (0.31, 0.33)), 1.33)
-    other = grey_picture(scaled_picture(pair, 1.33), (0.31, 0.33))
-    np.testing.assert_allclose(one.right, other.right, rtol=3e-7)
-
-
 def test_maximum_is_of_either_eye(pair: StereoImage) -> None:
     assert max_luminance_cd_m2(pair) == max(pair.left[..., 1].max(), pair.right[..., 1].max())
 
@@ -444,14 +438,6 @@ def test_mean_and_deviation_in_one_pass(shape: tuple[int, int], offset: float) -
     assert deviation == pytest.approx(values.std(dtype=np.float64), rel=1e-9)
     tenth = np.float32(0.1)
     assert _mean_and_deviation(np.full(shape, tenth)) == (float(tenth), 0.0)
-
-
-def test_contrasts_and_ranges_do_not_depend_on_the_factor(statistics_pair: StereoImage) -> None:
-    one = picture_statistics(statistics_pair, threshold=Cutoff()).eyes["right"]
-    two = picture_statistics(scaled_picture(statistics_pair, 0.37), threshold=Cutoff()).eyes["right"]
-    assert two.rms_contrast == pytest.approx(one.rms_contrast, rel=1e-6)
-    assert two.robust_range.ratio == pytest.approx(one.robust_range.ratio, rel=1e-6)
-    assert known(two.sparkles).contrast.value == pytest.approx(known(one.sparkles).contrast.value, rel=1e-5)
 
 
 def test_ten_stops() -> None:

@@ -30,7 +30,6 @@ from stimuli.sparkle.studio import photograph, sparkle_map
 # The sparkle generator against the physics that it claims, and its fast paths against brute force.
 
 ROOT = Path(__file__).parents[2]
-NONE = np.zeros(0, np.int64)
 
 
 @pytest.fixture(scope="module")
@@ -60,28 +59,8 @@ def one_flake(slope_x: float = 0.0, slope_y: float = 0.0) -> Flakes:
     return Flakes(*(np.array([number], dtype=np.float32) for number in numbers))
 
 
-def sparkle_at(x_mm: float, y_mm: float) -> Sparkles:
-    return Sparkles(*(np.array([number]) for number in (x_mm, y_mm, 1000.0, 3e-4, 1.0)))
-
-
 def sd_of(sparkle_plate: Plate, sparkle_lamp: Lamp) -> float:
     return float(lobe_sd(sparkle_plate, np.radians(sparkle_lamp.angular_radius_deg), 0.02))
-
-
-def light_of(
-    luminance: NDArray[np.float32], sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
-) -> PlateLight:
-    """Return a map of sparkles on the plate's base."""
-    bare = plate_light(
-        replace(sparkle_plate, flakes_per_mm2=0.0),
-        [sparkle_lamp],
-        sparkle_camera,
-        "center",
-        scatter_flakes(sparkle_plate, 1).chosen(NONE),
-    )
-    x, y = sparkle_lamp.chromaticity_xy or (0.0, 0.0)
-    sparkles = LightTerm(luminance, Colour((x / y, 1.0, (1 - x - y) / y)))
-    return replace(bare, terms=(*bare.terms, sparkles))
 
 
 # Flakes
@@ -273,54 +252,6 @@ def test_the_grey_plate_clips_as_table_4_3_says(gray: SparklePlateRecipe) -> Non
         assert green / 3 <= clipping.percent(clipping.green) <= green * 3, stimulus.name
 
 
-def test_equal_seeds_scatter_equal_flakes(sparkle_plate: Plate) -> None:
-    one, same, other = (
-        scatter_flakes(sparkle_plate, 1),
-        scatter_flakes(sparkle_plate, 1),
-        scatter_flakes(sparkle_plate, 2),
-    )
-    np.testing.assert_array_equal(one.slope_x, same.slope_x)
-    np.testing.assert_array_equal(one.diameter_mm, same.diameter_mm)
-    assert len(one) != len(other) or not np.array_equal(one.x_mm, other.x_mm)
-
-
-@pytest.mark.nightly
-def test_eyes_share_sparkles_as_their_half_way_directions_say(
-    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
-) -> None:
-    """Gaussian lobes over slopes of nearly constant density correlate as exp(−d² / 4σ²)."""
-    small = replace(sparkle_plate, width_mm=4.0, height_mm=4.0, flakes_per_mm2=60_000.0)
-    flakes = scatter_flakes(small, 5)
-    left, right = (shade(flakes, small, sparkle_lamp, sparkle_camera.position_mm(eye)) for eye in ("left", "right"))
-    one, other = left.lobe_share, right.lobe_share
-    got = np.sum(one * other) / np.sqrt(np.sum(one**2) * np.sum(other**2))
-    zero = np.zeros(1)
-    h = [
-        half_way(
-            refract(view_directions(zero, zero, sparkle_camera.position_mm(eye)), 1.5),
-            refract(sparkle_lamp.direction, 1.5),
-        )[0]
-        for eye in ("left", "right")
-    ]
-    apart = np.arccos(h[0] @ h[1])
-    assert got == pytest.approx(np.exp(-(apart**2) / (4 * sd_of(small, sparkle_lamp) ** 2)), rel=0.03)
-
-
-def test_without_a_distance_between_them_the_eyes_agree(
-    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
-) -> None:
-    cyclops = sparkle_camera.model_copy(update={"interpupillary_distance_mm": 0.0})
-    flakes = scatter_flakes(sparkle_plate, 5)
-    maps = [
-        sparkle_map(sparkle_plate, sparkle_lamp, cyclops, eye, flakes).luminance_cd_m2
-        for eye in ("left", "center", "right")
-    ]
-    np.testing.assert_array_equal(maps[0], maps[1])
-    np.testing.assert_array_equal(maps[0], maps[2])
-    apart = sparkle_map(sparkle_plate, sparkle_lamp, sparkle_camera, "left", flakes).luminance_cd_m2
-    assert not np.array_equal(maps[0], apart)
-
-
 def test_the_eyes_are_mirror_images(sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera) -> None:
     """Mirror the plate left to right: with the lamp straight above, the left eye sees what the right one saw."""
     flakes = scatter_flakes(sparkle_plate, 5)
@@ -328,19 +259,6 @@ def test_the_eyes_are_mirror_images(sparkle_plate: Plate, sparkle_lamp: Lamp, sp
     left = sparkle_map(sparkle_plate, sparkle_lamp, sparkle_camera, "left", flakes).luminance_cd_m2
     right = sparkle_map(sparkle_plate, sparkle_lamp, sparkle_camera, "right", mirrored).luminance_cd_m2
     np.testing.assert_allclose(left, right[:, ::-1], rtol=1e-4, atol=1e-4)
-
-
-def test_the_lens_keeps_all_light_and_its_place(sparkle_plate: Plate, sparkle_camera: Camera) -> None:
-    luminance, visited = splat(sparkle_at(2.5, 3.25), sparkle_plate, sparkle_camera, 16)
-    assert visited == 1
-    image = luminance.astype(np.float64)
-    rows, columns = image.shape
-    pixel = (sparkle_plate.width_mm / columns) * (sparkle_plate.height_mm / rows)
-    assert image.sum() * pixel == pytest.approx(1000.0 * 3e-4, rel=1e-6)
-    x = (image.sum(axis=0) @ (np.arange(columns) + 0.5)) / image.sum() * sparkle_plate.width_mm / columns
-    y = (image.sum(axis=1) @ (np.arange(rows) + 0.5)) / image.sum() * sparkle_plate.height_mm / rows
-    assert x - sparkle_plate.width_mm / 2 == pytest.approx(2.5, abs=1e-3)
-    assert sparkle_plate.height_mm / 2 - y == pytest.approx(3.25, abs=1e-3)
 
 
 def test_full_pixels_have_the_table_s_luminance(sparkle_camera: Camera) -> None:
@@ -360,17 +278,6 @@ def test_a_longer_exposure_cuts_sparkles_and_leaves_the_base(
     np.testing.assert_allclose(np.median(long.xyz_cd_m2, (0, 1)), np.median(short.xyz_cd_m2, (0, 1)), rtol=1e-3)
 
 
-def test_a_photograph_never_has_negative_light(
-    sparkle_plate: Plate, sparkle_lamp: Lamp, sparkle_camera: Camera
-) -> None:
-    """Between one full channel and three, the sensor's colours leave XYZ's positive octant only if the matrix does."""
-    luminance = np.geomspace(1e-3, 1e6, 292 * 438, dtype=np.float32).reshape(292, 438)
-    picture = photograph(
-        light_of(luminance, sparkle_plate, sparkle_lamp, sparkle_camera), sparkle_camera, 1 / 15, 0.0685
-    )
-    assert picture.xyz_cd_m2.min() > 0
-
-
 # What culling and tiles skip, against brute force.
 
 RECIPE, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")
@@ -378,12 +285,6 @@ assert isinstance(RECIPE, SparklePlateRecipe)
 PLATE = replace(RECIPE.plate.plate(), width_mm=30.0, height_mm=20.0)
 LAMP, CAMERA = RECIPE.lamp, RECIPE.camera
 NEAR = LAMP.model_copy(update={"distance_mm": 300.0, "angular_radius_deg": 4.0, "beam_angle_deg": 36.0})
-
-
-def mean_of(plate: Plate, camera: Camera, tile_px: int = 256) -> float:
-    small = replace(plate, width_mm=60.0, height_mm=40.0)
-    found = sparkle_map(small, LAMP, camera, "left", scatter_flakes(small, 3), tile_px=tile_px)
-    return float(found.luminance_cd_m2.mean(dtype=np.float64))
 
 
 @pytest.mark.parametrize("lamp", [LAMP, NEAR], ids=["far", "near"])
@@ -519,20 +420,6 @@ def test_work_grows_with_what_is_seen_and_not_with_what_is_there() -> None:
 # Energy
 
 
-def test_the_error_follows_the_threshold() -> None:
-    flakes = scatter_flakes(PLATE, 9)
-    slow = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes, cull=False).luminance_cd_m2
-    work, errors = [], []
-    for least_share in (1e-2, 1e-4, 1e-6, 1e-8):
-        fast = sparkle_map(PLATE, LAMP, CAMERA, "left", flakes, least_share=least_share)
-        work.append(fast.shaded)
-        errors.append(float(np.abs(fast.luminance_cd_m2 - slow).max()) / float(slow.max()))
-    assert work == sorted(work)
-    assert errors == sorted(errors, reverse=True)
-    # The share is of a lobe's peak, which no pixel of few flakes exceeds.
-    assert all(error < 3 * share for error, share in zip(errors[:3], (1e-2, 1e-4, 1e-6), strict=True))
-
-
 def test_a_circle_holds_what_it_has_to_and_little_more() -> None:
     """The half-way direction itself, sampled in each tile, with a lobe next to nothing."""
     plate = replace(PLATE, width_mm=300.0, height_mm=200.0, lobe_sd_deg=1e-4)
@@ -631,18 +518,6 @@ def test_the_bound_of_light_is_tight_in_small_tiles() -> None:
     light = np.asarray(illuminance_lx(NEAR, x, y))
     assert np.all(light <= most_illuminance_lx(NEAR, x, y, reach))
     assert np.all(most_illuminance_lx(NEAR, x, y, reach) <= 1.05 * light)
-
-
-@pytest.mark.nightly
-def test_the_size_of_pixels_and_tiles_does_not_change_the_mean_luminance() -> None:
-    """The lens's spread stays as it is in millimetres, so that as much light leaves over the border."""
-    usual = mean_of(PLATE, CAMERA)
-    fine = CAMERA.model_copy(update={"resolution_px_per_mm": 29.2, "point_spread_sd_px": 2.0})
-    coarse = CAMERA.model_copy(update={"resolution_px_per_mm": 7.3, "point_spread_sd_px": 0.5})
-    assert mean_of(PLATE, fine) == pytest.approx(usual, rel=1e-3)
-    assert mean_of(PLATE, coarse) == pytest.approx(usual, rel=1e-3)
-    for tile_px in (128, 64, 33):
-        assert mean_of(PLATE, CAMERA, tile_px) == pytest.approx(usual, rel=1e-6)
 
 
 @pytest.mark.nightly

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -271,16 +270,6 @@ def test_draws_that_link_no_items_have_no_fit() -> None:
     assert np.isnan(found.theta[found.without_fit]).all()
     assert np.isfinite(found.theta[~found.without_fit]).all()
     assert not (found.separated & found.without_fit).any()
-
-
-@pytest.mark.parametrize("scale", [1e-3, 1e9])
-def test_the_size_of_counts_changes_no_strength(study: Study, scale: float) -> None:
-    comparisons = study(STRENGTHS, observers=20, observer_sd=0.0)
-    plain = resample(comparisons, replicates=50)
-    scaled = replace(comparisons, count=comparisons.count * scale)
-    found = resample(scaled, replicates=50)
-    assert not plain.separated.any()
-    assert found.theta == pytest.approx(plain.theta, abs=1e-8)
 
 
 def refused(comparisons: Comparisons, match: str, **options: int) -> Replicates | None:

@@ -47,20 +47,6 @@ def study(
     return from_answers(answers, names)
 
 
-def test_interactions_and_lack_of_fit_of_all_observers_are_found(grid: Factors) -> None:
-    random = np.random.default_rng(2)
-    together = np.array([one["paint"] == "red" and one["view"] == "stereo" for one in grid.values()]) * 1.8
-    odd = np.eye(12)[3] * 2.0
-    found = np.zeros(2, int)
-    for _ in range(5):
-        interaction = known(
-            factor_effects(study(random, grid, together, 0.7), grid, use=("paint", "view")).interactions[0].by_observers
-        )
-        explained = known(factor_effects(study(random, grid, odd, 0.7), grid, use=("paint", "view")).explained)
-        found += [interaction.p <= 0.05, known(explained.lack_of_fit_by_observers).p <= 0.05]
-    assert (found >= 4).all(), found
-
-
 def test_statistics_of_independent_answers_are_near_the_likelihood_ratios(grid: Factors) -> None:
     found = factor_effects(study(np.random.default_rng(3), grid, np.linspace(-0.5, 0.5, 12), 0.0, observers=60), grid)
     explained = known(found.explained)

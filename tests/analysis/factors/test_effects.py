@@ -19,9 +19,7 @@ from analysis.factors.values import Factor, FactorOptions, read_factors
 from analysis.records import SessionLog
 from analysis.scaling import fit
 from documents.arrays import Floats
-from tests.analysis.conftest import answers_of
 from tests.analysis.slow_profiles import SlowProfile
-from tests.choice import nightly
 from tests.kept import known
 
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -193,33 +191,6 @@ def test_a_logarithm_counts_per_doubling_and_a_unit_is_a_unit(grid: Factors, dra
     scaled = {name: {**one, "exposure_s": float(one["exposure_s"]) * 1e12} for name, one in grid.items()}
     (small,) = of(factor_effects(answers, scaled), "per unit")
     assert small * 1e12 == pytest.approx(unit, rel=1e-9)
-
-
-@pytest.mark.parametrize(("seed", "scale"), [(1, 0.25), (2, 1e9), *nightly((3, 1.0), (4, 1e-3))])
-def test_order_names_and_size_of_counts_do_not_matter(seed: int, scale: float, grid: Factors, draw: Drawer) -> None:
-    answers = draw(strengths(grid), observers=6)
-    rng = np.random.default_rng(seed)
-    names = list(grid)
-    renamed = dict(zip(names, rng.permutation([f"item {place}" for place in range(len(names))]).tolist(), strict=True))
-    lines = [
-        Answer(renamed[one.winner], renamed[one.loser], scale, f"person {one.observer}") for one in answers_of(answers)
-    ]
-    shuffled = from_answers(
-        [lines[place] for place in rng.permutation(len(lines))], rng.permutation(list(renamed.values())).tolist()
-    )
-    told = {renamed[name]: dict(one) for name, one in grid.items()}
-    wishes = {"paint": "grey", "view": "flat"}
-    one = factor_effects(answers, grid, references=wishes)
-    other = factor_effects(shuffled, told, references=wishes)
-    mine = {(effect.factor, effect.level): effect for effect in other.effects}
-    for effect in one.effects:
-        same = mine[effect.factor, effect.level]
-        assert same.estimate == pytest.approx(effect.estimate, abs=1e-8)
-        assert same.se * np.sqrt(scale) == pytest.approx(effect.se, rel=1e-8)
-        assert same.robust_se == pytest.approx(effect.robust_se, rel=1e-7)
-    assert {test.name: test.statistic / scale for test in other.tests} == pytest.approx(
-        {test.name: test.statistic for test in one.tests}, rel=1e-6, abs=1e-9
-    )
 
 
 def test_two_items_are_the_log_odds() -> None:

@@ -356,15 +356,6 @@ def test_a_model_that_cannot_be_fitted_is_named() -> None:
     assert "only shown in one order" in result.left_out[0][1]
 
 
-def test_folds_do_not_depend_on_the_order_of_lines(make: Maker) -> None:
-    comparisons = make(FOLDS_THETA, 7, repeats=2)
-    lines = answers_of(comparisons)
-    forward = compare_models(comparisons, folds=3)
-    backward = compare_models(from_answers(lines[::-1], comparisons.items[::-1]), folds=3)
-    assert forward.folds == backward.folds == 3
-    assert forward.models[0].log_likelihood == pytest.approx(backward.models[0].log_likelihood, abs=1e-8)
-
-
 def test_folds_refusals(make: Maker) -> None:
     comparisons = make(FOLDS_THETA, 4)
     for wrong, words in (({"folds": 5}, "5 folds"), ({"models": ["logit"]}, "no model 'logit'")):

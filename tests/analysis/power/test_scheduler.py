@@ -32,13 +32,6 @@ def scheduler() -> Iterator[str]:
         yield cluster.scheduler_address
 
 
-def test_results_stand_in_the_order_of_the_blocks(scheduler: str) -> None:
-    blocks, told = list(range(20)), []
-    expected = [math.factorial(block) for block in blocks]
-    assert compute(math.factorial, blocks, scheduler=scheduler, done=lambda *of: told.append(of)) == expected
-    assert told == [(done, 20) for done in range(1, 21)]
-
-
 def test_what_the_work_raises_comes_through(scheduler: str) -> None:
     with pytest.raises(ValueError, match=r"math domain error|nonnegative"):
         compute(math.sqrt, [4.0, -1.0], scheduler=scheduler)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
@@ -83,17 +81,6 @@ def test_the_errors_told_are_those_between_seeds(plan_of: MakePlan) -> None:
         assert (told[~open_] > 0.7 * spread[~open_]).all()
 
 
-def test_more_observers_find_more_and_equal_items_seldom_differ(plan_of: MakePlan) -> None:
-    found = simulate_power(plan_of(0, 0, 0, 1.5, covariance="model"), [10, 40], replicates=500)
-    assert (found.separates[1, [2, 4, 5]] > found.separates[0, [2, 4, 5]]).all()
-    assert (found.mean_width[1], found.recovery[1]) == (
-        pytest.approx(found.mean_width[0] / 2, rel=0.1),
-        found.recovery.max(),
-    )
-    family = found.separates[:, [0, 1, 3]].sum(axis=1)  # at least the chance of any of them
-    assert (family < 0.08).all()
-
-
 def test_items_that_always_win_are_fitted_and_told_of(plan_of: MakePlan) -> None:
     found = simulate_power(plan_of(-6, 0, 6), [4], replicates=100)
     assert found.separated[0] > 0.5
@@ -107,23 +94,6 @@ def test_classes_that_come_out_are_those_named(plan_of: MakePlan) -> None:
     assert found.recovery[0] > 0.7
     merged = replace(plan, differs=np.zeros(6, dtype=bool))
     assert simulate_power(merged, [60], replicates=60).recovery[0] == 0
-
-
-@pytest.mark.nightly
-def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> None:
-    plan = plan_of(*STRENGTHS, interval="bootstrap")
-    expected = simulate_power(plan, [10], replicates=60, workers=1)
-    killed: list[int] = []
-
-    def kill_one(done: int, of: int) -> None:
-        if done == 2:
-            process = active_children()[0]
-            os.kill(known(process.pid), signal.SIGKILL)
-            killed.append(done)
-
-    found = simulate_power(plan, [10], replicates=60, workers=2, done=kill_one)
-    assert killed == [2]
-    assert numbers(found) == numbers(expected)
 
 
 @pytest.mark.nightly

@@ -7,7 +7,6 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +34,6 @@ from analysis.power.page import page_of
 from analysis.power.results import Power
 from analysis.power.smallest import _smallest
 from analysis.power.tables import COLUMNS
-from analysis.scaling import score
 from documents.pages import page_html
 from tests.choice import nightly
 from tests.kept import known
@@ -134,20 +132,6 @@ def test_camps_are_said_where_they_are_likelier_than_the_level(observers: int, a
     assert ("two camps" in found.methods) == (of is not None)
 
 
-@pytest.mark.nightly
-def test_more_observers_and_answers_find_smaller_differences_and_a_correction_larger_ones() -> None:
-    def nats(times: Designs, observers: int, **options: Any) -> float:
-        found = known(smallest_difference(times, observers, **options))
-        return known(found.nats)
-
-    pairs = ALL_PAIRS[6]
-    assert nats(pairs, 10) > nats(pairs, 15) > nats(pairs, 30) > nats(3 * pairs, 30)
-    assert nats(pairs, 15) > nats(pairs, 15, adjust="none")
-    assert nats(pairs, 15, alpha=0.01) > nats(pairs, 15) > nats(pairs, 15, target=0.5)
-    assert nats(pairs, 15, observer_sd=1.5) > nats(pairs, 15) > nats(pairs, 15, observer_sd=0.0)
-    assert nats(pairs, 15) > nats(pairs, 15, covariance="model")
-
-
 def test_the_same_design_and_seed_have_the_same_number_and_another_seed_nearly() -> None:
     first, again = (smallest_difference(ALL_PAIRS[8], 12) for _ in range(2))
     other = known(smallest_difference(ALL_PAIRS[8], 12, seed=1))
@@ -176,27 +160,6 @@ def test_the_design_of_answers_is_who_compared_what() -> None:
         from_answers(answers, [f"item {item}" for item in range(6)]), alpha=0.05, adjust="holm", covariance="auto"
     )
     assert found == smallest_difference(rows, 12)
-
-
-@pytest.mark.nightly
-def test_false_differences_of_five_observers_in_two_camps_are_of_those_who_agree() -> None:
-    """So the warning cannot be for observers who visibly disagree: then hardly any difference is reported."""
-    random, own = np.random.default_rng(8), np.repeat([1.0, -1.0], 3)
-    pairs = list(combinations(range(6), 2))
-
-    def reports_a_difference(camps: Designs) -> bool:
-        answers = []
-        for observer, camp in enumerate(camps):
-            for first, second in pairs * 2:
-                ahead = random.random() < 1 / (1 + np.exp(camp * (own[second] - own[first])))
-                winner, loser = (first, second) if ahead else (second, first)
-                answers.append(Answer(f"item {winner}", f"item {loser}", 1, f"{observer}"))
-        classes = score(from_answers(answers, [f"item {item}" for item in range(6)])).classes
-        return classes is not None and bool((classes.pair_p <= classes.alpha).any())
-
-    found = {alike: [reports_a_difference([1] * alike + [-1] * (5 - alike)) for _ in range(40)] for alike in (5, 4, 3)}
-    assert np.mean(found[5]) > 0.8
-    assert np.mean(found[4] + found[3]) < 0.05
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.stress) for seed in range(1, 25))])

@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.records import SessionLog
-from analysis.report import Report, write_report
+from analysis.report import Report
 from analysis.report.bars import BarFigure
 from analysis.report.figures import draw_classes, draw_scores, runs
 from analysis.report.scores import WHITE_FROM, tint
@@ -125,16 +125,6 @@ def test_colours_stay_apart(colours: tuple[str, ...]) -> None:
     assert min(abs(one - other) for one, other in combinations(grey, 2)) >= LEAST_DELTA_L
 
 
-def test_the_bound_would_find_the_thesis_s_own_colours_alike() -> None:
-    """Green and red of the thesis's figure, to an eye without M cones; blue and red in grey."""
-    from colour.difference import delta_E_CIE2000
-
-    green, red, blue = lab(("#2f9e58", "#d03b36", "#3a76d2"), "Deuteranomaly")
-    assert float(delta_E_CIE2000(green, red)) < LEAST_DELTA_E
-    assert abs(np.diff(lab(("#3a76d2", "#d03b36"))[:, 0])[0]) < LEAST_DELTA_L
-    assert blue.shape == (3,)
-
-
 def test_further_series_differ_by_hatch_and_marker_and_further_classes_by_their_number() -> None:
     assert len(set(HATCHES)) == len(set(MARKERS)) == len(set(SERIES_COLOURS)) == len(HATCHES) == len(SERIES_COLOURS)
     everything = class_colours("+".join(str(number) for number in range(1, 10)))
@@ -218,36 +208,10 @@ def test_numbers_stand_in_full_and_intervals_make_two_columns() -> None:
     ]
 
 
-@pytest.mark.usefixtures("undrawn", "unreviewed")
-def test_every_table_is_a_file_and_nothing_is_left_half_written(sessions: list[SessionLog], tmp_path: Path) -> None:
-    report = write_report(sessions[:3], tmp_path / "report.html", csv_folder=tmp_path / "tables")
-    names = {file.name for file in (tmp_path / "tables").iterdir()}
-    assert {"scores.csv", "comparisons.csv", "classes.csv", "observers.csv", "clipping.csv", "sessions.csv"} <= names
-    assert all(name.endswith(".csv") for name in names)
-    with (tmp_path / "tables" / "scores.csv").open(encoding="utf-8", newline="") as file:
-        scores = list(csv.DictReader(file))
-    assert [(row["stimulus"], float(row["score"])) for row in scores] == [
-        (item.name, item.score) for item in known(report.pairs).scores.items
-    ]
-
-
 def test_a_tables_name_stays_in_the_folder(tmp_path: Path) -> None:
     (file,) = write_csv_files([Table("ratings_../../x", "", (Column("A", "a"),), ())], tmp_path / "in")
     assert file.parent == tmp_path / "in"
     assert file.is_file()
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_names_of_observers_and_stimuli_are_inert_in_every_file(make_session: Maker, tmp_path: Path) -> None:
-    names = ("=HYPERLINK(1)", "@b", "+c")
-    answers = [(one, other) for one in names for other in names if one != other] * 2
-    sessions = [make_session(f"-{number}", names=names, answers=answers) for number in range(3)]
-    write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
-    for file in (tmp_path / "tables").iterdir():
-        for row in read(file.read_text(encoding="utf-8")):
-            for field in row:
-                if field.startswith(DANGEROUS):
-                    float(field)  # nothing but a number may begin with a sign
 
 
 def test_heads_made_of_what_people_called_things_are_inert_too() -> None:

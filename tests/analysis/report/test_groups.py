@@ -141,13 +141,6 @@ def test_every_table_is_there_by_group_and_for_all(tmp_path: Path) -> None:
         assert next(csv.reader(file)) == ["stimulus", "pooled_class", *(f"class in {name}" for name in SCENES)]
 
 
-@pytest.mark.nightly
-def test_text_in_names_of_groups_stays_text() -> None:
-    page = page_of(names=("a b", "<b>$y_1$"), codecs=("x", "y"))
-    assert "<b>" not in page
-    assert "&lt;b&gt;$y_1$" in page
-
-
 def test_groups_of_like_names_keep_their_files_apart() -> None:
     assert file_names(_named("scores", 1, name) for name in ("a b", "a_b", "A_b")) == (
         "scores_01_a_b",

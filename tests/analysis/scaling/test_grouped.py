@@ -20,7 +20,6 @@ from analysis.scaling import (
     Model,
     agreement_lines,
     common_items,
-    fit,
     group_agreement,
     group_problem_lines,
     learnt_posterior,
@@ -136,13 +135,6 @@ def test_groups_that_differ_are_seen_and_the_same_ones_are_not() -> None:
     same, other = (known(score_groups(from_answers(drawn(4, observers=20, shift=s))).agreement) for s in (0.0, 3.0))
     assert known(same.p) > 0.2
     assert known(other.p) < 0.01
-
-
-def test_names_and_order_of_answers_change_nothing() -> None:
-    answers = drawn(5, shift=1.0)
-    forward, backward = (score_groups(from_answers(part)).agreement for part in (answers, answers[::-1]))
-    assert known(backward).p == pytest.approx(known(forward).p, rel=1e-9)
-    assert known(backward).statistic == pytest.approx(known(forward).statistic, rel=1e-9)
 
 
 def test_many_observers_are_taken_together_in_units(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -327,12 +319,6 @@ def test_sigma_climbs_along_the_slope_of_the_evidence() -> None:
     assert (high.log_evidence - low.log_evidence) / 0.02 == pytest.approx(size, abs=2e-3)
 
 
-def test_a_wide_prior_says_nothing() -> None:
-    wins = _wins(8, 2, most=2000)
-    found = posterior(wins, 1e3).theta
-    assert np.abs(found - found.mean() - fit(wins).theta).max() < 1e-3
-
-
 def test_without_answers_the_prior_is_what_is_left() -> None:
     found = posterior(np.zeros((4, 4)), 1.5)
     assert not found.theta.any()
@@ -356,15 +342,6 @@ def test_any_answers_give_finite_strengths(count: int, seed: int, share: float, 
         assert 0.1 < found.prior_sd < 40
         if share == 1:
             assert (np.diff(found.theta) < 0).all()
-
-
-def test_equal_items_leave_the_spread_above_zero() -> None:
-    wins = 5.0 * (1 - np.eye(10))
-    found = learnt_posterior(wins)
-    assert 0.03 < found.prior_sd < 0.2
-    apart = np.sqrt(found.contrasts()[1][0, 1])
-    plain = np.sqrt(2 * 4 / 100)  # of two of ten items with ten answers a pair, without a prior
-    assert 0.15 * plain < apart < plain
 
 
 @pytest.mark.parametrize("spread", [0.5, 1.0, 3.0])

@@ -505,16 +505,3 @@ def test_three_of_four_answers_are_one_unit(model: Model) -> None:
         assert told[0]["score"] is None
     else:
         assert told[0]["score"] == pytest.approx(0.75)
-
-
-def test_thurstone_and_bradley_terry_scales_are_nearly_alike_in_jnd() -> None:
-    """On answers that follow one law the other's scale, in JND, is off by a few percent within two JND."""
-    jod = np.array([1.0, 0.4, 0.0, -0.6, -0.8])
-    answers = []
-    for one, other in [(i, j) for i in range(5) for j in range(5) if i != j]:
-        share = norm.cdf((jod[one] - jod[other]) * units.STANDARD_DEVIATIONS_PER_JOD)
-        answers.append(Answer(f"{one}", f"{other}", 100 * share))
-    comparisons = from_answers(answers, "01234")
-    for model, tolerance in (("thurstone", 1e-10), ("bradley-terry", 0.06)):
-        scores = score(comparisons, model)  # type: ignore[arg-type]  # a name out of a tuple
-        assert scores.fit.theta / scores.jnd == pytest.approx(jod - jod.mean(), abs=tolerance)

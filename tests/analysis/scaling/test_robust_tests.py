@@ -158,25 +158,6 @@ def test_the_statistic_of_departure_is_pearsons(model: Model, order_effect: bool
     assert (tested.df, tested.observers) == (known(goodness).df, 7)
 
 
-@pytest.mark.nightly
-def test_observers_who_differ_show_no_order_effect_and_one_of_all_is_found() -> None:
-    random = np.random.default_rng(7)
-    false = plain = found = 0
-    for _ in range(STUDIES):
-        test = known(
-            fit_model(simulated(random, 10, 4, side=0.7, repeats=2), order_effect=True, covariance="model").order_test
-        )
-        assert test.conclusion.p == known(test.by_observers).p
-        false, plain = false + (test.conclusion.verdict == "distinguished"), plain + (test.p <= 0.05)
-        planted = known(
-            fit_model(simulated(random, 10, 4, side=0.7, order=0.8), order_effect=True, covariance="model").order_test
-        )
-        found += planted.conclusion.verdict == "distinguished"
-    assert plain >= 16
-    assert false <= MOST_FALSE
-    assert found >= 56
-
-
 def test_few_answers_to_each_pair_are_no_departure_from_a_scale_and_circles_are() -> None:
     random = np.random.default_rng(8)
     circle = np.zeros((6, 6))
@@ -549,22 +530,6 @@ def test_equivalence_reads_the_classes_tests() -> None:
     scores = score(preferred_by(9, 10))
     (pair,) = equivalence(scores, "1jnd").pairs
     assert pair.p_different == pytest.approx(known(scores.classes).p[0, 1], rel=1e-12)
-
-
-def test_the_names_and_the_order_of_answers_do_not_matter() -> None:
-    answers = [*votes("ab", 7, 9), *votes("bc", 6, 9), *votes("ac", 8, 9)]
-    one = known(score(from_answers(answers)).classes)
-    swapped = str.maketrans("abc", "cab")
-    other = score(
-        from_answers(
-            [
-                Answer(a.winner.translate(swapped), a.loser.translate(swapped), observer=a.observer)
-                for a in answers[::-1]
-            ]
-        )
-    ).classes
-    assert other is not None
-    assert np.sort(one.pair_p) == pytest.approx(np.sort(other.pair_p), rel=1e-9)
 
 
 @pytest.mark.parametrize("share", [1.0, 0.5])

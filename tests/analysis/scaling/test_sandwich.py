@@ -12,22 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import ndtr
 
 from analysis.choices import CovarianceChoice
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.covariance import Clustered, Spread, pair_variances, shrink
+from analysis.covariance import Clustered, Spread, shrink
 from analysis.covariance.shrinkage import CLUSTERED, pseudo_inverses
 from analysis.errors import ResultsError
 from analysis.report import estimate_scores
-from analysis.scaling import Counts, Model, Probit, fit, fit_model, maximise, score
+from analysis.scaling import Model, Probit, fit, fit_model, score
 from analysis.scaling import sandwich as sandwich_module
 from analysis.scaling.laws import Davidson, Logistic
-from analysis.scaling.newton import joint_covariance
 from analysis.scaling.quasi import quasi_variances
 from analysis.scaling.sandwich import FEWEST_FREE, MOST_LEVERAGE, Contributions
-from analysis.scaling.separation import items_are_linked
-from benchmarks.simulated_studies import Design, decisions
 from documents.arrays import Floats
 from tests.kept import known
 
@@ -75,24 +71,6 @@ def test_it_is_a_sum_over_observers(draw: Drawer, law: Logistic | Davidson | Pro
         expected += np.outer(moved, moved)
     assert robust.joint_covariance == pytest.approx(expected, rel=1e-4, abs=1e-6)
     assert robust.theta == pytest.approx(fitted.theta, abs=1e-13)
-
-
-def test_weights_all_multiplied_change_nothing(draw: Drawer) -> None:
-    comparisons = draw(Logistic(), THETA, observers=8)
-    heavier = replace(comparisons, count=comparisons.count * 7)
-    once, more = (fit_model(source, covariance="sandwich") for source in (comparisons, heavier))
-    assert more.se == pytest.approx(once.se, rel=1e-9)
-    assert fit_model(heavier, covariance="model").se == pytest.approx(
-        fit_model(comparisons, covariance="model").se / np.sqrt(7), rel=1e-9
-    )
-
-
-def test_observers_who_repeat_themselves_widen_it(draw: Drawer) -> None:
-    """Answers given four times over are no new evidence: the model halves its errors, the sandwich keeps them."""
-    comparisons = draw(Logistic(), THETA, observers=40)
-    copied = replace(comparisons, count=comparisons.count * 4)
-    ratio = fit_model(copied, covariance="sandwich").se / fit_model(copied, covariance="model").se
-    assert (ratio > 1.6).all()
 
 
 @pytest.mark.parametrize(("people", "rank"), [(3, 5), (6, 6), (40, 3), (2, 1)])
@@ -229,28 +207,6 @@ def unbalanced(draw: Drawer, observers: int = 9) -> Comparisons:
     return from_answers([Answer(names[a], names[b], float(c), people[o]) for a, b, o, c in rows], names)
 
 
-def test_freedom_of_an_unbalanced_design_is_satterthwaites_by_simulation(draw: Drawer) -> None:
-    """Observers' gradients are drawn from their own information, and the fit follows them as it does in truth."""
-    fitted = fit_model(unbalanced(draw), covariance="sandwich")
-    each = known(fitted.clustered).contributions
-    assert each.leverages is not None
-    people, rank, _ = each.leverages.shape
-    random, studies = np.random.default_rng(4), 20_000
-    values, axes = np.linalg.eigh(each.leverages)
-    roots = axes * np.sqrt(np.maximum(values, 0))[:, None, :]
-    drawn = np.einsum("srt,bst->bsr", roots, random.standard_normal((studies, people, rank)))
-    follows = drawn - np.einsum("srt,bt->bsr", each.leverages, drawn.sum(axis=1))
-    stretch = (axes / np.sqrt(1 - np.clip(values, 0, 0.99))[:, None, :]) @ axes.transpose(0, 2, 1)
-    first, second = np.triu_indices(len(SHRINKAGE_THETA), 1)
-    along = known(each.root)[first] - known(each.root)[second]
-    moved = np.einsum("srt,bst->bsr", stretch, follows) @ along.T
-    variance = (moved**2).sum(axis=1)
-    np.testing.assert_allclose(variance.mean(axis=0), (along**2).sum(axis=1), rtol=0.03)  # CR2 is right on average
-    expected = 2 * variance.mean(axis=0) ** 2 / variance.var(axis=0)
-    np.testing.assert_allclose(known(fitted.pair_freedom), expected, rtol=0.05)
-    assert known(fitted.pair_freedom).max() < people - 1
-
-
 def test_where_all_answered_the_same_freedom_is_one_less_than_the_observers(draw: Drawer) -> None:
     fitted = fit_model(draw(Logistic(), SHRINKAGE_THETA, observers=7), covariance="sandwich")
     np.testing.assert_allclose(known(fitted.pair_freedom), 6, rtol=1e-12)
@@ -307,13 +263,6 @@ def test_the_largest_t_of_two_items_is_that_of_their_difference() -> None:
     model, pulled = contributed(2, 400)
     drawn = shrink(model, pulled, freedom=399).largest(2000, np.random.default_rng(3))
     assert np.quantile(drawn, 0.95) == pytest.approx(1.97, abs=0.12)
-
-
-@pytest.mark.nightly
-def test_two_observers_who_agree_about_a_pair_do_not_set_it_apart() -> None:
-    found = decisions(Design(np.zeros(10), 2), studies=300)
-    assert found.false_difference < 0.02  # 0.067 by the sandwich
-    assert found.differences > 0.95  # 0.887 by the sandwich
 
 
 # Quasi-variances against R's qvcalc, and what must hold.
@@ -397,27 +346,6 @@ def test_two_items_and_estimates_without_error_are_refused() -> None:
         quasi_variances(np.zeros((3, 3)))
     with pytest.raises(ResultsError, match="no finite, positive variance"):
         quasi_variances(np.full((3, 3), np.nan))
-
-
-# Thurstone's standard errors by the observed and the expected information, which are not the same.
-def test_thurstones_errors_by_observed_information_are_near_those_by_the_expected() -> None:
-    rng = np.random.default_rng(1)
-    law, n, answers = Probit(), 10, 5
-    worst: list[float] = []
-    first, second = np.triu_indices(n, 1)
-    while len(worst) < 100:
-        theta = rng.normal(0, 0.7, n)
-        won = rng.binomial(answers, ndtr(theta[first] - theta[second])).astype(np.float64)[None]
-        counts = Counts(n, first, second, won, answers - won, 0 * won)
-        if not items_are_linked(counts):
-            continue
-        top = maximise(counts, law)
-        chance = ndtr(counts.differences(top.theta))
-        expected = Counts(n, first, second, answers * chance, answers * (1 - chance), 0 * won)
-        variances = [pair_variances(joint_covariance(one, law, top.point)[0]) for one in (counts, expected)]
-        worst.append(float(np.abs(np.sqrt(variances[0] / variances[1]) - 1).max()))
-    assert min(worst) > 0.005
-    assert 0.05 < max(worst) < 0.08
 
 
 # Who prefers neither throughout has no answer to a model without ties, and counts for no covariance there.

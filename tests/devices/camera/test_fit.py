@@ -139,26 +139,6 @@ def test_standard_errors_are_the_spread_of_repeated_fits(seen: See, loss: Loss) 
     assert np.all((told / spread > lowest) & (told / spread < highest))
 
 
-@pytest.mark.nightly
-@given(st.floats(1e-3, 1e4), st.sampled_from(FORMS))
-@settings(deadline=None, max_examples=4)
-def test_scaling_the_exposure_scales_XYZ(times: float, form: Form) -> None:
-    names, xyY = colorchecker_xyY()
-    XYZ = XYZ_from_xyY(xyY) * 100
-    rgb = 0.5 * XYZ / 100 * (1 + 0.004 * np.random.default_rng(3).standard_normal(XYZ.shape))
-    plain = fit_camera(Correspondences(rgb, XYZ, names, rgb > 1), form)
-    scaled = fit_camera(Correspondences(rgb, XYZ * times, names, rgb > 1), form)
-    assert scaled.model.matrix == pytest.approx(times * plain.model.matrix, rel=1e-9)
-    assert scaled.model.xyz(rgb) == pytest.approx(times * plain.model.xyz(rgb), rel=1e-9)
-    assert scaled.fitted.mean == pytest.approx(plain.fitted.mean, rel=1e-6)
-    if form == "linear":
-        at = Exposure(0.1, 8.0, 800)
-        fitted = fit_camera(Correspondences(rgb, XYZ, names, rgb > 1), form, exposure=at).model
-        longer = Exposure(0.1 * times, 8.0, 800)
-        if not longer.same_signal(at):
-            assert fitted.xyz(rgb, longer) == pytest.approx(plain.model.xyz(rgb) / times, rel=1e-9)
-
-
 @given(st.permutations(range(24)), st.sampled_from(FORMS))
 @settings(deadline=None, max_examples=3)
 def test_the_order_of_patches_does_not_matter(order: list[int], form: Form) -> None:

@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.compensation import clip_marks, eye_clip_costs
@@ -20,9 +18,8 @@ from devices.compensation.eye_costs import mixed_costs
 from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
 from devices.errors import DeviceError
 from documents.arrays import Floats
-from runner.cli.main import group
 from runner.presenter import ModeOptions, find_mode
-from stimuli.pictures import StereoImage, read_exr
+from stimuli.pictures import StereoImage
 from tests.kept import known
 
 # What the gamut clip costs, against colour-science and by counting.
@@ -229,8 +226,6 @@ def test_as_many_marks_as_the_ledger_counts() -> None:
 
 
 # What one picture for both eyes costs each through its filter: against a pixel at a time, and by what must hold.
-
-Study = Any  # tests/conftest.py
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 BLACK = np.array([0.03, 0.03, 0.04])
 RED, CYAN = (0.90, 0.05, 0.02), (0.03, 0.75, 0.80)
@@ -341,39 +336,6 @@ def test_what_a_filter_stops_is_no_cost_to_its_eye() -> None:
     assert costs["left"]["delta_e_00_max"] == costs["left"]["percent_noticed"] == 0.0
     assert costs["right"]["delta_e_00_max"] > 5.0
     assert costs["right"]["percent_noticed"] == 25.0
-
-
-def _anaglyph(study: Study) -> None:
-    study.edit("display.yaml", "side-by-side:", "anaglyph-red-cyan:")
-    study.edit("display.yaml", "same_as: side-by-side", "same_as: anaglyph-red-cyan")
-    study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
-    # Less green: more is clipped.
-    study.edit("display.yaml", "green: [9.67, 18.65, 1.63]", "green: [4.67, 9.65, 0.83]")
-
-
-@pytest.mark.nightly
-def test_preview_marks_what_is_clipped_of_the_one_picture(study: Study) -> None:
-    _anaglyph(study)
-    output = study.folder / "preview"
-    done = CliRunner().invoke(group, ["preview", str(study.experiment), "-o", str(output), "--clipping"])
-    assert done.exit_code == 0, done.output
-    from devices.display import read_display
-    from runner.protocol import read_experiment
-
-    design = read_experiment(study.experiment)
-    pairs = design.blocks("01")[1]
-    (first, _second) = next(iter(pairs.steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
-    models = read_display(study.folder / "display.yaml").models("anaglyph-red-cyan")
-    image = read_exr(study.folder / f"{first}.exr")
-    clipped = _costs(models, image)["left"]["percent_any"] / 100 * 40 * 80
-    for eye in ("left", "right"):
-        codes = np.asarray(Image.open(Path(output) / f"block-02_screen-001_clipping_{eye}.png")).astype(int)
-        assert codes.shape == (480, 640, 3)
-        shown = codes[240 - 30 - 20 : 240 - 30 + 20, 320 - 40 : 320 + 40]
-        marked = np.ptp(shown, axis=2) > 128
-        assert clipped > 100
-        assert marked.sum() == pytest.approx(clipped, abs=0.1)
-        assert np.all(np.isin(shown[marked], (0, 255)))
 
 
 def test_blocks_come_to_what_a_picture_at_once_does() -> None:

@@ -166,20 +166,6 @@ def test_everything_at_once() -> None:
     assert all(one.source and one.words for one in found)
 
 
-@pytest.mark.nightly
-def test_the_order_of_readings_does_not_matter_to_colour() -> None:
-    panel = characterisation()
-    order = np.random.default_rng(3).permutation(len(panel))
-    timed = {"repeatability", "warm_up", "drift"}
-    first, second = (
-        {one.name: one.value for one in examine([MeasuredSet("a", table)]) if one.name not in timed}
-        for table in (panel, panel.select(order))
-    )
-    assert first.keys() == second.keys()
-    for name, value in first.items():
-        assert second[name] == (None if value is None else pytest.approx(value, rel=1e-9, abs=1e-12))
-
-
 @pytest.mark.shared_data
 def test_a_real_crt_is_told_where_its_readings_fail(shared_data: Path) -> None:
     file = shared_data / "data/displays/apple17_crt_2000.csv"

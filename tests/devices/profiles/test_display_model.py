@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from hypothesis import given, settings
 
 from devices.characterise import thesis_display
 from devices.colour import delta_e_2000, rgb_to_xyz_matrix, xyz_to_lab
-from devices.display import DisplayModel, GammaTable, Plvc, Residual, SrgbCurve, TableCurve, ToneCurve
+from devices.display import DisplayModel, GammaTable, Plvc, SrgbCurve, TableCurve, ToneCurve
 from devices.errors import DeviceError
 from devices.profiles import (
     CubeInput,
@@ -400,22 +399,6 @@ def test_channels_that_act_on_each_other_get_a_table() -> None:
     assert back.mean() <= 0.1
     with pytest.raises(DeviceError, match="channels act on each other"):
         profile_of_model(model, "display", kind="matrix")
-
-
-@pytest.mark.nightly
-def test_a_smooth_residual_gets_a_table_too() -> None:
-    rng = np.random.default_rng(2)
-    residual = Residual(0.88 * rng.random((24, 3)), 0.6, rng.standard_normal((24, 3)))
-    model = replace(plvc_display(0.05), residual=residual)
-    made = profile_of_model(model, "display", points=25)
-    codes = np.maximum(WRITE_CODES, 0.1)
-    luminance, to_pcs = _numbers(made, "lumi")[1], _numbers(made, "chad").reshape(3, 3)
-    # Where the model gives light below 0, a profile holds none.
-    relative = np.maximum(model.xyz(codes) @ to_pcs.T / luminance, 0.0)
-    white = to_pcs @ model.xyz(np.ones(3)) / luminance
-    off = delta_e_2000(xyz_to_lab(through(made.data, codes), white), xyz_to_lab(relative, white))
-    assert off.mean() <= 0.1
-    assert off.max() <= 0.5
 
 
 def test_black_that_is_no_mixture_of_the_primaries_gets_a_table() -> None:

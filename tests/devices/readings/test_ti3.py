@@ -362,25 +362,6 @@ def test_a_calibration_of_five_digits_that_changes_nothing_leaves_the_codes() ->
     assert known(found.gamma_table).is_identity
 
 
-@pytest.mark.nightly
-def test_the_model_of_readings_through_a_calibration_is_that_of_the_panel(tmp_path: Path) -> None:
-    codes = table_c1_codes()
-    curve = np.stack([STEPS**1.15, STEPS**1.1, STEPS**1.2], axis=1)
-    file = tmp_path / "d.ti3"
-    file.write_text("\n".join(_through(curve, codes)))
-    fit = fit_display(read_measurements(file), model="gog", file=file)
-    model = fit.eyes["both"].characterisation.chosen.model
-    asked = np.random.default_rng(1).random((200, 3))
-    truth = thesis_display().xyz(asked)
-    white = thesis_display().xyz([1.0, 1.0, 1.0])
-    apart = delta_e_2000(xyz_to_lab(model.xyz(asked), white), xyz_to_lab(truth, white))
-    ignored = thesis_display().xyz(np.stack([np.interp(asked[:, i], STEPS, curve[:, i]) for i in range(3)], axis=1))
-    assert apart.max() < 0.05
-    assert delta_e_2000(xyz_to_lab(ignored, white), xyz_to_lab(truth, white)).mean() > 1.0
-    source = " ".join(fit.mode_lines().models["both"])
-    assert "calibration of the graphics card's table" in source
-
-
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [

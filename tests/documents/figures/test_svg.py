@@ -28,17 +28,6 @@ def _two_seconds_between_looks_at_the_clock(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(time, "perf_counter", lambda: float(next(ticks)))
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("_two_seconds_between_looks_at_the_clock")
-def test_a_legend_that_takes_long_to_place_is_no_warning() -> None:
-    with drawing("slow", 4.0, 2.0) as (figure, axes):
-        axes.plot([0, 1], [0, 1], label=LETTERS)
-        axes.legend()
-        finished = drawn(figure, "Slow")
-    assert LETTERS in finished.svg
-    assert finished.pdf().startswith(b"%PDF-")
-
-
 def words(write: Callable[[Axes, dict[int, str]], None], names: dict[int, str]) -> tuple[list[Any], np.ndarray]:
     """Return the texts of a figure with names beside its rows, and their places in points."""
     with drawing("names", 4.0, 0.3 * len(names)) as (figure, axes):

@@ -95,21 +95,6 @@ def killed(path: Path, kind: str, when: str) -> None:
 
 @pytest.mark.nightly
 @posix
-def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path: Path) -> None:
-    file, folder = tmp_path / "report.html", tmp_path / "data[1]"
-    for _ in range(2):
-        killed(file, "file", "body")
-        killed(folder, "folder", "body")
-    left = [path.name for path in tmp_path.iterdir()]
-    assert len(left) == 1, left  # each killed process had removed what the one before left
-    write_whole(file, "whole")
-    with whole_folder(folder, replace=True) as draft:
-        (draft / "inside").write_text("whole")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["data[1]", "report.html"]
-
-
-@pytest.mark.nightly
-@posix
 def test_what_killed_processes_left_goes_whatever_is_written_into_the_folder(tmp_path: Path) -> None:
     replaced = tmp_path / "dataset"
     replaced.mkdir()

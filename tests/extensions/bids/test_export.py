@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import tempfile
 from collections import Counter
@@ -402,17 +401,6 @@ def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Is
         lab.session(records, observer=f"{number:02d}", session=f"s{number}", complete=number % 2 == 0, **words)
     done = export_dataset([lab.folder / "results"], lab.folder / "bids", ABOUT)
     assert done.sessions == len(HOSTILE)
-    check(bids_issues(done.folder))
-
-
-@pytest.mark.nightly
-def test_two_experiments_from_two_stations_pass(lab: Lab, bids_issues: Issues) -> None:
-    for station, experiment in (("a", "dynamic_range"), ("b", "gloss-2")):
-        for number in range(3):
-            lab.session(station=station, experiment=experiment, observer=f"{number}", session=f"{station}{number}")
-    shutil.copytree(lab.folder / "a", lab.folder / "copy of a")
-    done = export_dataset([lab.folder / "a", lab.folder / "b", lab.folder / "copy of a"], lab.folder / "bids", ABOUT)
-    assert (done.sessions, len(done.copies)) == (6, 3)
     check(bids_issues(done.folder))
 
 

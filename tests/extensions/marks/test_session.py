@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,13 +37,18 @@ def with_marks(study: Study, *entries: str) -> None:
     study.edit("rig.yaml", "distance_mm: 700", f"distance_mm: 700\ntiming_marks: [{', '.join(entries)}]")
 
 
+def whole(read: Callable[[float], bytes], within_s: float) -> bytes:
+    """Return all that was sent: bytes come in pieces."""
+    return read(within_s) + b"".join(iter(lambda: read(0.1), b""))
+
+
 @contextmanager
 def serial_line(study: Study, more: str = "") -> Iterator[tuple[str, Callable[[float], bytes]]]:
     """Let the rig send its marks to a pseudo-terminal."""
     with pseudo_terminal() as pair:
         name, read = known(pair)
         with_marks(study, f"{{kind: serial, port: {name}{more}}}")
-        yield name, lambda within_s: read(within_s) + b"".join(iter(lambda: read(0.1), b""))  # bytes come in pieces
+        yield name, partial(whole, read)
 
 
 def run(study: Study, **more: Any) -> tuple[SessionLog, list[str]]:
@@ -143,7 +149,7 @@ def test_a_port_in_use_is_refused_and_the_others_are_closed_again(study: Study) 
             run(study)
         other.close()
         log, _ = run(study)
-        assert first[1](5.0) == second[1](5.0) == bytes([1, 2]) * SCREENS
+        assert whole(first[1], 5.0) == whole(second[1], 5.0) == bytes([1, 2]) * SCREENS
     assert [mark["port"] for mark in log.trials[0].details()["timing_marks"]] == [
         f"serial {name}" for name in (first[0], second[0])
     ] * 2

@@ -236,24 +236,6 @@ def test_the_place_is_named_in_the_upright_picture(tmp_path: Path) -> None:
     assert "16 × 16 pixels at x 80, y 0" in said  # turned clockwise: 96 across
 
 
-@pytest.mark.nightly
-def test_nothing_is_found_where_nothing_moved(tmp_path: Path) -> None:
-    """Ten brackets of other noise and scenes, and sixty in tests/stress."""
-    for seed in range(10):
-        light = scene(48, 64, stops=9, seed=seed)
-        photos = [
-            save_dng(
-                tmp_path / f"{number}.dng",
-                codes(record(light, time[0] / time[1], seed=100 * seed + number)),
-                black=(BLACK,),
-                white=WHITE,
-                tags=exposure_tags(time, (8, 1), 200),
-            )
-            for number, time in enumerate(TIMES)
-        ]
-        assert merge(tmp_path, photos).merge["moved"] == []
-
-
 def test_hot_photosites_are_no_motion(tmp_path: Path) -> None:
     light = scene(stops=5) / 4
     hot = np.random.default_rng(0).random(light.shape) < 0.002

@@ -117,17 +117,6 @@ def test_every_patch_against_a_loop(photograph: Draw) -> None:
     assert values.rgb[8] == pytest.approx(kept[cut : len(kept) - cut].mean(axis=0), abs=1e-12)
 
 
-@pytest.mark.nightly
-def test_a_saturated_patch_is_named_and_left_out(photograph: Draw, reference: ReferenceColours) -> None:
-    picture = photograph(noise=0.001)
-    exposed = np.minimum(picture * 2.0, 1.0).astype(np.float32)
-    read = read_chart(exposed, exposed >= 1, reference)
-    found = fit_camera(read.colours)
-    assert [patch.name for patch in found.left_out] == ["white 9.5"]
-    assert found.left_out[0].left_out_reason.startswith("saturated: ")
-    assert found.model.matrix == pytest.approx(M / 2, abs=0.5)
-
-
 def _one(caught: pytest.ExceptionInfo[StimulusError | DeviceError]) -> str:
     (finding,) = caught.value.findings
     assert finding.file == "photo.nef"

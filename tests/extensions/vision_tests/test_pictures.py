@@ -344,29 +344,6 @@ def test_each_eye_has_half_of_it() -> None:
     assert measured_px(still, right, middle, 20, 1.5) == pytest.approx(1.5, abs=0.02)
 
 
-@pytest.mark.nightly
-def test_a_classifier_of_one_view_is_at_chance() -> None:
-    """Templates learned from one eye's views, light and edges in small patches, do not tell where the square is."""
-    small = DotField(120, 32.0, 36.0, (1.0, 1.0), 600)
-
-    def features(view: Floats) -> Floats:
-        edges = np.abs(np.diff(view, axis=1, append=0.0))
-        patches = [one.reshape(30, 4, 30, 4).mean(axis=(1, 3)).ravel() for one in (view, edges)]
-        return np.concatenate([one - one.mean() for one in patches])
-
-    def seen(side: Side, parallax_px: float, seed: str) -> Floats:
-        return features(views(small, side, parallax_px, seed)[0])
-
-    template = {side: np.mean([seen(side, 6.0, f"train {n}") for n in range(60)], axis=0) for side in SIDES}
-    right = 0
-    for n in range(20):
-        for side in SIDES:
-            view = seen(side, 6.0, f"test {n}")
-            like = {guess: float(template[guess] @ view) for guess in SIDES}
-            right += max(like, key=like.__getitem__) == side
-    assert right / 80 < 0.25 + 4 * np.sqrt(0.25 * 0.75 / 80)
-
-
 def test_spots_are_those_of_the_formula() -> None:
     """Against the plain product over all spots, without cutting them off."""
     rng = np.random.default_rng(3)
@@ -395,14 +372,6 @@ def test_light_lies_between_ground_and_dot_and_the_seed_decides() -> None:
 def test_squares_that_overlap_or_leave_the_field_are_refused(target: float, offset: float) -> None:
     with pytest.raises(StimulusError, match="four squares"):
         DotField(240, target, offset, (1.0, 1.0), 100)
-
-
-@pytest.mark.nightly
-@settings(max_examples=8, deadline=None)
-@given(st.floats(-6, 6), st.sampled_from(SIDES), st.integers(0, 10**6))
-def test_any_parallax_is_kept(parallax_px: float, side: Side, seed: int) -> None:
-    left, right = views(FIELD, side, parallax_px, str(seed))
-    assert measured_px(left, right, FIELD.middle_px(side), 20, parallax_px) == pytest.approx(parallax_px, abs=0.02)
 
 
 @pytest.mark.nightly

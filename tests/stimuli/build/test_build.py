@@ -76,7 +76,7 @@ def test_a_set_that_is_found_loads_nothing_that_makes_pictures(tmp_path: Path) -
     loaded = set(ran.stdout.split())
     assert "stimuli.recipes.recipe" in loaded
     makers = {
-        "stimuli.build.recipe_to_seter",
+        "stimuli.build.builder",
         "stimuli.sparkle.studio",
         "stimuli.align.pair",
         "stimuli.luminance.statistics",
@@ -222,14 +222,6 @@ def test_luminance_scale_multiplies_xyz_after_the_sensor(tmp_path: Path) -> None
     }
     made = build_set(recipe_file(tmp_path, recipe), 0.2768)
     np.testing.assert_allclose(made.load("b-stereo").left, 2 * made.load("a-stereo").left, rtol=2e-3)
-
-
-def test_the_second_build_renders_nothing_and_says_the_same(tmp_path: Path) -> None:
-    path = recipe_file(tmp_path, PLATE)
-    first, second = build_set(path, 0.2768), build_set(path, 0.2768)
-    assert (first.rendered, second.rendered) == (4, 0)
-    assert first.digest == second.digest
-    assert first.names == second.names
 
 
 def test_the_same_recipe_elsewhere_makes_the_same_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -154,28 +154,6 @@ def test_a_photograph_s_own_rgb_at_its_own_exposure(cyclopean: Cyclopean, region
         assert row["rendering_rgb"] == pytest.approx(mean.XYZ.tolist(), rel=2e-3, abs=2e-4)
 
 
-@pytest.mark.usefixtures("undrawn")
-def test_the_command_prints_it_in_the_terminal_in_json_and_on_the_page(
-    cyclopean: Cyclopean, regions_yaml: Path, tmp_path: Path
-) -> None:
-    write_camera(CAMERA, tmp_path / "camera.yaml")
-    picture = written(tmp_path / "plate.exr", chart())
-    words = (picture, picture, "--regions", regions_yaml, "--register", "none")
-    page = tmp_path / "page.html"
-    told = cyclopean("compare", *words, "--camera", tmp_path / "camera.yaml", "-o", page)
-    lines = told.stdout.splitlines()
-    start = next(number for number, line in enumerate(lines) if line.split()[:3] == ["Region", "R", "R"])
-    assert all(line.strip().startswith("chart ") for line in lines[start + 1 : start + 25])
-    assert "Camera RGB of Made up at 1/15 s, f/8, ISO 800, in % of full scale" in " ".join(lines)
-    html = page.read_text()
-    assert "<h2>Camera RGB</h2>" in html
-    assert "what sensor and observer see differently is not in it" in html
-    found = compared(cyclopean, *words, "--camera", tmp_path / "camera.yaml")
-    rows = found["eyes"]["both"]["camera_rgb"]["rows"]
-    np.testing.assert_allclose([row["photo_rgb"] for row in rows], RGB, rtol=0.01, atol=1e-3)
-    assert compared(cyclopean, *words)["eyes"]["both"]["camera_rgb"] is None
-
-
 @pytest.mark.nightly
 def test_standard_errors_are_those_of_the_picture_in_rgb(tmp_path: Path) -> None:
     # Large enough patches for the cells that errors come from.

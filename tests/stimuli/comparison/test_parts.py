@@ -14,8 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.camera import CameraModel, write_camera
-from devices.chart import perspective
 from devices.colour import delta_e_2000, rgb_to_xyz_matrix, white_point, xyz_to_lab
 from devices.display import read_rig
 from runner.reports.comparison.figures import draw_pictures, histogram_figure, map_figure, profile, profile_figure
@@ -25,7 +23,6 @@ from stimuli.comparison.alignment import Alignment, resample, resample_flags
 from stimuli.comparison.by_pixel import histogram, overview
 from stimuli.comparison.luminance import luminance_factor
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.comparison.registering import align
 from stimuli.errors import StimulusError
 from stimuli.measures import difference_map, reduced
 from stimuli.pictures import REC709, RowFile, rows
@@ -34,7 +31,6 @@ from tests.stimuli.comparison.scenes import (
     CHART,
     PLATE,
     RIG,
-    SIZE,
     Cyclopean,
     chart,
     compared,
@@ -44,7 +40,6 @@ from tests.stimuli.comparison.scenes import (
     spots,
     written,
 )
-from tests.stimuli.spectral.pictures import WAVES, save_exr
 
 
 # Rows in files, bands of a turned picture, corners, spectra, and the page.
@@ -90,21 +85,6 @@ def test_bands_equal_the_whole() -> None:
     light = warp(flags[..., None].astype(np.float32), matrix, (220, 620)).picture[..., 0]
     assert moved[within & (light > 0.6)].all()
     assert moved.mean() < 10 * flags.mean()
-
-
-@pytest.mark.nightly
-def test_corners_bring_a_view_from_aside(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    here = np.array([[20.0, 18.0], [222.0, 22.0], [218.0, 160.0], [16.0, 154.0]])
-    there = np.array([[40.0, 22.0], [230.0, 10.0], [214.0, 170.0], [30.0, 146.0]])
-    assert np.abs(perspective(here, there)[2, :2]).max() > 1e-5
-    regions = tmp_path / "r.yaml"
-    text = CHART.replace("inner: 0.6", "inner: 0.6, rendering_corners: [[40, 22], [230, 10], [214, 170], [30, 146]]")
-    regions.write_text(text, encoding="utf-8")
-    files = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(corners=there, seed=6))
-    found = compared(cyclopean, *files, "--regions", regions, "--register", "corners")
-    assert found["decision"] == "validated"
-    assert found["eyes"]["both"]["registration"]["residual_px"] < 0.15
-    assert found["eyes"]["both"]["regions"]["mean_delta_e"] < 0.1
 
 
 def test_tiff_and_told_colour_spaces(tmp_path: Path, cyclopean: Cyclopean) -> None:
@@ -178,54 +158,6 @@ def test_a_full_disk_is_told(tmp_path: Path, cyclopean: Cyclopean, monkeypatch: 
     assert "the temporary files cannot be written: the disk of the folder" in told.stderr
     assert "TMPDIR" in told.stderr
     assert not (tmp_path / "o.html").exists()
-
-
-@pytest.mark.nightly
-def test_shifts_and_turns_do_not_depend_on_luminance_or_noise() -> None:
-    rng = np.random.default_rng(3)
-    noisy = [
-        np.maximum(one * (1 + 0.05 * rng.standard_normal(one.shape)), 0).astype(np.float32)
-        for one in (spots(), spots(-1.3, 0.6, 1.0, gain=40.0))
-    ]
-    lies = align(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
-    assert lies.shift_px == pytest.approx((-1.3, 0.6), abs=0.03)
-    assert lies.rotation_deg == pytest.approx(1.0, abs=0.03)
-    assert abs(lies.rotation_deg - 1.0) < 4 * known(lies.rotation_se_deg)
-    assert lies.scale == pytest.approx(1.0, abs=3e-4)
-
-
-@pytest.mark.nightly
-def test_spectral_renderings(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    """By the observer, and by the sensor: both of a grey world give the photograph's XYZ."""
-    waves = WAVES[::4]
-    flat = np.ones((SIZE[1], SIZE[0], len(waves)), dtype=np.float32)
-    light = spots()[..., 1:2]
-    save_exr(tmp_path / "s.exr", flat * light * 1e-5, waves)
-    seen = compared(
-        cyclopean, tmp_path / "s.exr", tmp_path / "s.exr", "--regions", PLATE, "--rendering-holds", "spectral"
-    )
-    xyz = seen["eyes"]["both"]["regions"]["rows"][0]["photo"]
-    assert (xyz["x"], xyz["y"]) == pytest.approx((1 / 3, 1 / 3), abs=2e-3)
-    # A sensor whose channels see alike gives equal RGB; its camera file says that full scale is E at 1000 cd/m².
-    curves = "\n".join(f"{wave:g},1,1,1" for wave in waves)
-    (tmp_path / "sensor.csv").write_text(f"wavelength_nm,red,green,blue\n{curves}\n", encoding="utf-8")
-    full = 1000.0
-    matrix = np.diag([full, full, full])
-    write_camera(CameraModel(matrix, np.zeros(3), np.zeros(3)), tmp_path / "c.yaml")
-    words = (
-        "--regions",
-        PLATE,
-        "--camera",
-        tmp_path / "c.yaml",
-        "--full-scale",
-        full,
-        "--sensitivities",
-        tmp_path / "sensor.csv",
-    )
-    taken = compared(cyclopean, tmp_path / "s.exr", tmp_path / "s.exr", *words)
-    row = taken["eyes"]["both"]["regions"]["rows"][0]["photo"]
-    assert row["luminance_cd_m2"] == pytest.approx(xyz["luminance_cd_m2"], rel=1e-3)
-    assert taken["photograph"]["holds"] == "spectral"
 
 
 @pytest.mark.nightly
@@ -326,11 +258,6 @@ def test_a_reduced_map_keeps_the_mean_of_what_is_compared() -> None:
     assert np.isnan(small[0, 0])
     assert small[1, 1] == pytest.approx(delta_e[6:12, 6:12][compared[6:12, 6:12]].mean(), rel=1e-6)
     np.testing.assert_array_equal(reduced(delta_e, longest_px=103), delta_e)
-
-
-def test_a_picture_does_not_differ_from_itself() -> None:
-    photo, _ = pair()
-    assert not difference_map(photo, photo, WHITE).any()
 
 
 def test_light_below_none_counts_as_none() -> None:

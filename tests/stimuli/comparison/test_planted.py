@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from devices.camera import CameraModel, Exposure, write_camera
-from devices.colour import XYZ_from_xyY, xyY_from_XYZ
 from documents.arrays import Floats32
 from stimuli.comparison import CompareOptions, Comparison, compare_pictures
 from stimuli.comparison.registering import align
@@ -37,12 +36,10 @@ from tests.stimuli.comparison.scenes import (
     coloured,
     compared,
     few,
-    patch_XYZ,
     said,
     spots,
     written,
 )
-from tests.stimuli.develop.dng import exposure_tags, write_dng
 
 
 # Differences that were planted come back: found, named and measured.
@@ -99,36 +96,6 @@ def test_a_turned_plate(tmp_path: Path, cyclopean: Cyclopean, angle_deg: float) 
 
 
 @pytest.mark.nightly
-def test_three_percent_of_luminance(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
-    one, two = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(1.03 * patch_XYZ(), seed=6))
-    found = compared(cyclopean, one, two, "--regions", chart_file)
-    factor = found["eyes"]["both"]["regions"]["factor"]
-    assert factor["mean_ratio"] == pytest.approx(1 / 1.03, abs=1e-3)
-    assert factor["least_squares"] == pytest.approx(1 / 1.03, abs=1e-3)
-    assert any(
-        "the rendering 2.99 % brighter" in line or "the rendering 3 % brighter" in line for line in said(found, "noted")
-    )
-    undone = compared(cyclopean, one, two, "--regions", chart_file, "--luminance", "mean_ratio")
-    table = undone["eyes"]["both"]["regions"]
-    assert table["mean_delta_e"] < 0.1 < found["eyes"]["both"]["regions"]["mean_delta_e"]
-
-
-@pytest.mark.nightly
-def test_two_thousandths_of_chromaticity_in_one_region(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
-    XYZ = patch_XYZ()
-    shifted = xyY_from_XYZ(XYZ[13]) + [0.0012, 0.0016, 0.0]
-    XYZ[13] = XYZ_from_xyY(shifted)
-    one, two = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(XYZ, seed=6))
-    found = compared(cyclopean, one, two, "--regions", chart_file)
-    row = found["eyes"]["both"]["regions"]["rows"][13]
-    assert row["name"] == f"chart 14 {PATCHES[13]}"
-    assert (row["delta_x"], row["delta_y"]) == pytest.approx((0.0012, 0.0016), abs=1e-4)
-    named = [line for line in said(found, "noted") if "shifted in chromaticity" in line]
-    assert len(named) == 1
-    assert row["name"] in named[0]
-
-
-@pytest.mark.nightly
 def test_five_percent_more_sparkle(tmp_path: Path, cyclopean: Cyclopean) -> None:
     one, two = (spots(size=(400, 300), count=n, amplitude=500.0, sd_px=0.8) for n in (1500, 1575))
     files = written(tmp_path / "a.exr", one), written(tmp_path / "b.exr", two)
@@ -144,27 +111,6 @@ def test_five_percent_more_sparkle(tmp_path: Path, cyclopean: Cyclopean) -> None
     assert abs(width["relative"]) < 0.02
     assert abs(contrast["relative"]) < 0.02
     assert any(line.startswith("sparkle density on 'plate'") and "% more" in line for line in said(found, "noted"))
-
-
-@pytest.mark.nightly
-def test_a_region_too_small_to_be_seen(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    """Squares of 6 px, lighter and darker by turns, cancel from five metres away; one by itself does not."""
-    plate = spots()
-    sign = (np.indices((180, 240)) // 6).sum(axis=0)
-    files = (
-        written(tmp_path / "a.exr", plate),
-        written(tmp_path / "b.exr", plate * (1 + 0.1 * (-1.0) ** sign[..., None])),
-    )
-    regions = tmp_path / "r.yaml"
-    box = "  - {kind: rectangle, name: square, box: [120, 60, 6, 6]}\n"
-    regions.write_text(PLATE.read_text(encoding="utf-8") + box, encoding="utf-8")
-    words = (*files, "--regions", regions, "--rig", RIG)
-    far = compared(cyclopean, *words, "--distance-mm", 5000, expect=None)
-    noted = [line for line in said(far, "noted") if line.startswith("region 'square' differs by")]
-    assert len(noted) == 1
-    assert "it cancels with what is beside" in noted[0]
-    near = compared(cyclopean, *words, "--distance-mm", 300, expect=1)
-    assert any(line.startswith("region 'square' differs by") for line in said(near, "fails"))
 
 
 def test_a_saturated_patch(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
@@ -189,44 +135,6 @@ def test_a_saturated_patch(tmp_path: Path, cyclopean: Cyclopean, chart_file: Pat
     assert table["factor"]["regions"] == 23
     inside = sum(row["photo"]["pixels"] for row in table["rows"])
     assert found["eyes"]["both"]["per_pixel"]["pixels"] == inside - gone[0]["photo"]["pixels"] - 9
-
-
-@pytest.mark.nightly
-def test_a_raw_photograph_at_another_exposure(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
-    """Half the characterised exposure: XYZ and the safe zone are scaled, and dark patches fall out of it."""
-    matrix = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
-    model = CameraModel(matrix, np.zeros(3), np.zeros(3), Exposure(1 / 15, 8.0, 200.0), (5.0, 60.0))
-    write_camera(model, tmp_path / "camera.yaml")
-    rgb = 0.5 * chart(noise=0.0) @ np.linalg.inv(matrix).T
-    tags = exposure_tags((1, 30), (8, 1), 200)
-    photo = write_dng(tmp_path / "a.dng", np.maximum(rgb, 0.0), black=(600,), white=15520, tags=tags)
-    words = (photo, written(tmp_path / "b.exr", chart()), "--regions", chart_file, "--camera", tmp_path / "camera.yaml")
-    found = compared(cyclopean, *words)
-    assert found["photograph"]["holds"] == "camera-rgb"
-    assert found["photograph"]["safe_luminance_cd_m2"] == pytest.approx([10.0, 120.0], rel=1e-3)
-    table = found["eyes"]["both"]["regions"]
-    dark = {row["name"] for row in table["rows"] if row["excluded"]}
-    luminances = patch_XYZ()[:, 1]
-    assert dark == {f"chart {n + 1} {PATCHES[n]}" for n in range(24) if luminances[n] < 10.0}
-    assert table["mean_delta_e"] < 0.3
-    assert table["factor"]["mean_ratio"] == pytest.approx(1.0, abs=5e-3)
-
-
-@pytest.mark.nightly
-def test_a_region_without_light_does_not_count(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
-    XYZ = patch_XYZ()
-    XYZ[13] = 0.0
-    files = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(XYZ, seed=6))
-    found = compared(cyclopean, *files, "--regions", chart_file)
-    row = found["eyes"]["both"]["regions"]["rows"][13]
-    assert row["excluded"] == ["it holds no light in the rendering"]
-    assert row["luminance_ratio"] is None
-    assert found["eyes"]["both"]["per_pixel"]["largest"] < 2.0
-    dark = written(tmp_path / "c.exr", chart(np.zeros((24, 3))))
-    other = tmp_path / "other.yaml"
-    other.write_text(CHART.replace("inner: 0.6", "inner: 0.6, colours: other"), encoding="utf-8")
-    told = cyclopean("compare", files[0], dark, "--regions", other, "--register", "none", expect=2)
-    assert "no region is left to compare" in told.stderr
 
 
 # A rendering that is the photograph but blurred: found where it lies, and failed for its blur.
@@ -322,36 +230,6 @@ def rendered(per_mm2: float, seed: int, *, cull: bool, mean_cd_m2: float = 4.5) 
     base = mean_cd_m2 - float(sparkle.mean())
     assert base > 0
     return coloured(sparkle + base)
-
-
-@pytest.mark.nightly
-def test_another_flake_density(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    files = [written(tmp_path / f"{density:g}.exr", rendered(density, 9, cull=True)) for density in (100.0, 150.0)]
-    found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG, "--register", "none", expect=1)
-    assert found["decision"] == "not validated"
-    one = found["eyes"]["both"]
-    assert one["regions"]["mean_delta_e"] < 0.1
-    assert any(line.startswith("one region differs by ΔE00 0.0") for line in said(found, "passes"))
-    density = one["sparkle"][0]["pairs"][0]
-    assert one["sparkle"][0]["in_both"] is None
-    assert 0.3 < density["relative"] < 0.7
-    assert any(line.startswith("sparkle density on 'plate'") for line in said(found, "fails"))
-    assert all(line.startswith("sparkle ") for line in said(found, "fails"))
-
-
-@pytest.mark.nightly
-def test_brute_force_and_culled(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    files = [
-        written(tmp_path / f"{name}.exr", rendered(100.0, 9, cull=cull))
-        for name, cull in (("brute", False), ("fast", True))
-    ]
-    found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG)
-    assert found["decision"] == "validated"
-    (area,) = found["eyes"]["both"]["sparkle"]
-    assert area["in_both"] == area["photograph"]["count"]["value"] > 100
-    sums = found["eyes"]["both"]["per_pixel"]
-    assert sums["mean"] < 0.01
-    assert sums["largest"] < 0.5  # half floats round X, Y and Z apart, by 1/2048 each
 
 
 @pytest.mark.nightly

@@ -545,16 +545,6 @@ def test_progress_goes_through_both_pictures(chart_picture: Draw, regions_of: Wr
     assert done == [(270, 540), (540, 540)]
 
 
-def test_a_picture_does_not_differ_from_itself(chart_picture: Draw, regions_of: Write) -> None:
-    regions, picture = regions_of(TABLE_CHART, "{kind: plate}"), chart_picture(noise=0.02)
-    table = compared(picture, picture, regions).table
-    for row in table.rows:
-        assert (row.delta_x, row.delta_y, row.delta_e, row.luminance_ratio) == (0, 0, 0, 1)
-    verdict = judge(Evidence(regions=table), regions.limits)
-    assert verdict.decision == "validated"
-    assert {reason.outcome for reason in verdict.reasons} == {"passes"}
-
-
 def test_a_difference_within_its_error_has_no_symmetric_error() -> None:
     same = [AreaMean(100, np.array([30.0, 32.0, 20.0]), np.zeros(3), np.eye(3), 0.0)]
     (row,) = region_table([named("a")], same, same, WHITE).rows

@@ -323,12 +323,6 @@ def wrong(line: str) -> bool:
     return bool(NO_SENTENCE.search(line))
 
 
-def test_what_is_looked_for_is_found() -> None:
-    bad = ("sparkle width is nan px", "133 ± 1.1e+02 % more", "differs by inf", "lay (-0.00, 0.10) px beside")
-    assert all(wrong(line) for line in bad)
-    assert not wrong("sparkle width is unknown in the rendering and 2.2881 ± 0.0074 px in the photograph")
-
-
 def test_sparkle_of_any_numbers() -> None:
     for photo, photo_se, rendering, rendering_se in itertools.product(HOSTILE, repeat=4):
         for joint_se in (None, *HOSTILE):
@@ -389,14 +383,6 @@ def test_a_pair_has_a_row_for_each_measure_and_a_figure_for_each_eye(tmp_path: P
     assert rows["delta-e-2000"]["left"] < rows["delta-e-2000"]["right"]
     assert rows["pu-psnr"]["left"] > rows["pu-psnr"]["binocular"] > rows["pu-psnr"]["right"]
     assert "both eyes</th>" in page.read_text(encoding="utf-8")
-
-
-def test_the_terminal_prints_the_table(tmp_path: Path, cyclopean: Cyclopean) -> None:
-    photo, other = written(tmp_path / "a.exr", few()), written(tmp_path / "b.exr", few(gain=1.02))
-    told = cyclopean("compare", photo, other, "--regions", PLATE, "--rig", RIG, "--measures", NAMES, expect=None)
-    lines = [line.split() for line in told.stdout.splitlines()]
-    at = next(number for number, words in enumerate(lines) if words[:2] == ["Measure", "value"])
-    assert [words[0] for words in lines[at + 1 : at + 5]] == ["ΔE00", "S-CIELAB", "PU21-SSIM", "PU21-PSNR"]
 
 
 def test_identical_pictures_have_no_number_for_infinity(tmp_path: Path, cyclopean: Cyclopean) -> None:

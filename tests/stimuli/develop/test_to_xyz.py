@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +9,13 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
-from devices.camera import CameraModel, Correspondences, Exposure, fit_camera, read_camera, read_reference, write_camera
+from devices.camera import CameraModel, Exposure, read_camera, read_reference, write_camera
 from devices.errors import DeviceError
 from devices.readings import xyz_from_spectra
 from documents import InputError
 from extensions.photo import ChartOptions, fit_camera_to_chart
 from runner.cli.main import group
 from stimuli.build import build_set
-from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.develop import (
     CameraImage,
     DevelopOptions,
@@ -118,8 +116,6 @@ ROOT = Path(__file__).parents[3]
 OBSERVER_MATRIX = np.array([[41.0, 36.0, 18.0], [21.0, 72.0, 7.0], [2.0, 12.0, 95.0]])
 WAVES = np.arange(380.0, 781.0, 5.0)
 
-REGIONS = ROOT / "configs/regions/plate.yaml"
-
 
 def _camera(path: Path, observer: str = TEN) -> Path:
     write_camera(CameraModel(OBSERVER_MATRIX, np.zeros(3), np.zeros(3), observer=observer), path)
@@ -159,21 +155,6 @@ def test_a_camera_file_keeps_its_observer_and_says_nothing_of_1931(tmp_path: Pat
     with pytest.raises(InputError, match=r"'observer' is 'me' \(write CIE 1931 2, CIE 1964 10, ") as caught:
         read_camera(tmp_path / "none.yaml")
     assert len(caught.value.findings) == 1
-
-
-@pytest.mark.nightly
-def test_camera_fit_writes_the_observer_of_the_chart(tmp_path: Path) -> None:
-    table, file = _table(tmp_path / "chart.csv", TEN), tmp_path / "camera.yaml"
-    words = ["camera", "fit", str(table), "--observer", "2012_10", "-o", str(file), "--json"]
-    result = CliRunner().invoke(group, words)
-    assert result.exit_code == 0, result.output
-    assert json.loads(result.output)["observer"] == TEN
-    assert read_camera(file).observer == TEN
-    plain = CliRunner().invoke(group, ["camera", "fit", str(table), "--observer", "me"])
-    assert "observer 'me'" in str(plain.exception)
-    page = tmp_path / "page.html"
-    assert CliRunner().invoke(group, [*words[:-3], "--report", str(page)]).exit_code == 0
-    assert TEN in page.read_text()
 
 
 def test_a_developed_photograph_declares_the_observer_of_its_camera_file(tmp_path: Path) -> None:
@@ -225,16 +206,6 @@ def test_a_table_that_names_its_observer_is_taken_at_its_word(tmp_path: Path) ->
         fit_camera_to_chart(ten)
 
 
-def test_a_camera_fitted_for_an_observer_sees_as_that_observer() -> None:
-    rgb, spectra = _chart()
-    for observer in (TEN, "CIE 1964 10"):
-        XYZ = xyz_from_spectra(spectra, WAVES, observer)
-        names = tuple(f"patch {number}" for number in range(24))
-        fit = fit_camera(Correspondences(rgb, XYZ, names, rgb > 1), observer=observer)
-        assert fit.model.observer == observer
-        np.testing.assert_allclose(fit.model.xyz(rgb), XYZ, rtol=1e-6)
-
-
 def test_published_chart_colours_are_of_1931_alone(tmp_path: Path) -> None:
     photo = _photo(tmp_path / "chart.exr")
     words = ["camera", "fit", str(photo), "--white", "90,100,80", "--observer", TEN]
@@ -250,22 +221,6 @@ def test_a_recipe_of_photographs_is_of_its_camera_files_observer(tmp_path: Path)
     first = built.manifest["stimuli"][0]["key"]
     _camera(tmp_path / "c.yaml", "CIE 1931 2")
     assert build_set(_recipe(tmp_path, ""), 0.2768).manifest["stimuli"][0]["key"] != first
-
-
-def test_a_comparison_refuses_a_photograph_and_a_rendering_of_two_observers(tmp_path: Path) -> None:
-    photo = _photo(tmp_path / "p.exr")
-    plain, ten = (
-        DevelopOptions(camera=read_camera(_camera(tmp_path / f"{name}.yaml", observer)))
-        for name, observer in (("plain", "CIE 1931 2"), ("ten", TEN))
-    )
-    develop_photograph(photo, tmp_path / "ten.exr", ten)
-    develop_photograph(photo, tmp_path / "plain.exr", plain)
-    options = CompareOptions(reading=ReadOptions(camera=ten.camera), register="none")
-    with pytest.raises(InputError, match="the photograph is of CIE 2015 10, the rendering of CIE 1931 2") as caught:
-        compare_pictures(photo, tmp_path / "plain.exr", REGIONS, options)
-    assert len(caught.value.findings) == 1
-    result = compare_pictures(photo, tmp_path / "ten.exr", REGIONS, options)
-    assert result.photo.observer == TEN
 
 
 def test_camera_rgb_of_a_spectral_picture_takes_no_observer(tmp_path: Path) -> None:

@@ -12,13 +12,9 @@ from skimage.metrics import structural_similarity
 
 from devices.colour import linear_srgb_matrix
 from devices.eyes import AnyEye
-from stimuli.build import build_set
 from stimuli.measures import MeasureTable, ViewingConditions, measure_pictures, pu21_encoded
 from stimuli.pictures import StereoImage, read_exr
 from tests.kept import known
-
-ROOT = Path(__file__).parents[3]
-
 
 NAMES = ("flip", "hdr-flip", "pu-ssim")
 
@@ -50,16 +46,6 @@ def _lit(XYZ: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the middle of a picture at a mean luminance of 20 cd/m², without the negative light of its encoding."""
     middle = XYZ[260:370, 280:420]
     return np.asarray(np.maximum(middle * (20.0 / float(middle[..., 1].mean())), 0), dtype=np.float32)
-
-
-@pytest.mark.nightly
-def test_two_stimuli_of_the_shipped_study() -> None:
-    pytest.importorskip("flip_evaluator")
-    viewing = ViewingConditions.on_rig(ROOT / "configs" / "rigs" / "asus_vg248qe_3dvision.yaml")
-    stimuli = build_set(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml", known(viewing.pixel_pitch_mm))
-    # One eye, its middle: the plate and its edge.
-    reference, test = (stimuli.load(name).left[60:200, 100:280] for name in ("1.1-stereo", "3.2-stereo"))
-    equal_to_the_reference(measure_pictures(reference, test, NAMES, viewing), "both", reference, test)
 
 
 @pytest.mark.shared_data

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,6 @@ import OpenImageIO as oiio
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from devices.colour import rgb_to_xyz_matrix
@@ -29,36 +28,6 @@ from tests.stimuli.pictures.exr_bytes import Part, decimated, floats, strings, w
 
 EXR_XYZ = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3)
 RGB709 = tuple(float(number) for number in REC709.ravel())
-
-
-def write_parts(
-    path: Path,
-    parts: Sequence[tuple[Mapping[str, Any], Sequence[str], XYZImage]],
-    data_window_offset_px: tuple[int, int] = (0, 0),
-    display_size_px: tuple[int, int] | None = None,
-) -> Path:
-    """Write parts of (attributes, channel names, pixels) with OpenImageIO directly."""
-    specs = []
-    for attributes, channels, pixels in parts:
-        spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float")
-        spec.channelnames = tuple(channels)
-        spec.x, spec.y = data_window_offset_px
-        spec.full_width, spec.full_height = display_size_px or (spec.width, spec.height)
-        for key, value in attributes.items():
-            if isinstance(value, str | float):
-                spec.attribute(key, value)
-            else:
-                values = tuple(value)
-                spec.attribute(key, f"{'string' if isinstance(values[0], str) else 'float'}[{len(values)}]", values)
-        specs.append(spec)
-    output = known(oiio.ImageOutput.create(str(path)))
-    assert output.open(str(path), specs if len(specs) > 1 else specs[0]), output.geterror()
-    for index, (_, _, pixels) in enumerate(parts):
-        if index:
-            assert output.open(str(path), specs[index], "AppendSubimage"), output.geterror()
-        assert output.write_image(pixels.astype(np.float32)), output.geterror()
-    assert output.close()
-    return path
 
 
 def noise(shape: tuple[int, ...] = (5, 7, 3), seed: int = 1) -> XYZImage:
@@ -273,7 +242,7 @@ def test_equal_pictures_make_equal_files(tmp_path: Path) -> None:
 
 
 def test_clipping_does_not_let_nan_through(tmp_path: Path) -> None:
-    path = write_parts(tmp_path / "a.exr", [({"chromaticities": EXR_XYZ}, "RGB", np.full((2, 2, 3), np.nan))])
+    path = save_parts(tmp_path / "a.exr", [({"chromaticities": EXR_XYZ}, "RGB", np.full((2, 2, 3), np.nan))])
     with pytest.raises(StimulusError, match="4 pixels are not finite"):
         read_exr(path, Decoding(negative="clip"))
 
@@ -281,50 +250,14 @@ def test_clipping_does_not_let_nan_through(tmp_path: Path) -> None:
 def test_overflow_in_conversion_is_refused(tmp_path: Path) -> None:
     part = ({"chromaticities": EXR_XYZ, "whiteLuminance": 1e10}, "RGB", np.full((2, 2, 3), 1e30))
     with pytest.raises(StimulusError, match="beyond single precision"):
-        read_exr(write_parts(tmp_path / "a.exr", [part]))
+        read_exr(save_parts(tmp_path / "a.exr", [part]))
 
 
 @pytest.mark.parametrize("luminance", [0.0, -1.0, float("nan")])
 def test_a_white_without_luminance_is_refused(tmp_path: Path, luminance: float) -> None:
-    path = write_parts(tmp_path / "a.exr", [({"chromaticities": EXR_XYZ, "whiteLuminance": luminance}, "RGB", noise())])
+    path = save_parts(tmp_path / "a.exr", [({"chromaticities": EXR_XYZ, "whiteLuminance": luminance}, "RGB", noise())])
     with pytest.raises(StimulusError, match="whiteLuminance"):
         read_exr(path)
-
-
-def test_views_stored_in_different_windows_lie_on_one_display_window(tmp_path: Path) -> None:
-    """As a compositor crops each view by itself to what is not black."""
-    left, right = noise((4, 6, 3)), noise((4, 5, 3), 2)
-    parts = [
-        ({"view": "left", "chromaticities": EXR_XYZ, "oiio:subimagename": "left"}, "RGB", left),
-        ({"view": "right", "chromaticities": EXR_XYZ, "oiio:subimagename": "right"}, "RGB", right),
-    ]
-    image = read_exr(write_parts(tmp_path / "a.exr", parts, (1, 1), display_size_px=(7, 6)))
-    expected = np.zeros((2, 6, 7, 3), np.float32)
-    expected[0, 1:5, 1:7], expected[1, 1:5, 1:6] = left, right
-    np.testing.assert_array_equal(np.stack([image.left, image.right]), expected)
-
-
-def test_a_data_window_is_placed_on_the_display_window(tmp_path: Path) -> None:
-    pixels = noise((4, 6, 3))
-    part = ({"chromaticities": EXR_XYZ}, "RGB", pixels)
-    path = write_parts(tmp_path / "a.exr", [part], data_window_offset_px=(2, -1), display_size_px=(7, 5))
-    image = read_exr(path)
-    expected = np.zeros((5, 7, 3), np.float32)
-    expected[0:3, 2:7] = pixels[1:4, 0:5]
-    np.testing.assert_array_equal(image.left, expected)
-
-
-@given(
-    hnp.arrays(
-        np.float32,
-        hnp.array_shapes(min_dims=2, max_dims=2, max_side=9).map(lambda shape: (*shape, 3)),
-        elements=st.floats(0, 65504, width=32),
-    )
-)
-def test_any_half_range_picture_survives(tmp_path_factory: pytest.TempPathFactory, pixels: XYZImage) -> None:
-    path = tmp_path_factory.mktemp("exr") / "a.exr"
-    write_exr(path, StereoImage.flat(pixels))
-    np.testing.assert_allclose(read_exr(path).left, pixels, rtol=2**-11, atol=2**-25)
 
 
 # Part of a picture read: the same pixels as of the whole, and no more of the file than that.
@@ -405,25 +338,6 @@ def test_a_region_that_is_not_of_the_picture_is_refused(tmp_path: Path, region: 
     with pytest.raises(StimulusError, match=r"a\.exr.*12 × 10 px and holds no") as raised:
         read_views(path, region)
     assert len(raised.value.findings) == 1
-
-
-def test_views_stored_in_different_windows_have_one_region(tmp_path: Path) -> None:
-    path = tmp_path / "a.exr"
-    specs, left, right = [], region_noise(20, 30, 3), region_noise(21, 30, 3)
-    for view, height in (("left", 20), ("right", 21)):
-        spec = oiio.ImageSpec(30, height, 3, "float")
-        spec.attribute("view", view)
-        spec.full_width, spec.full_height = 30, 21
-        specs.append(spec)
-    output = known(oiio.ImageOutput.create(str(path)))
-    assert output.open(str(path), specs)
-    assert output.write_image(left)
-    assert output.open(str(path), specs[1], "AppendSubimage")
-    assert output.write_image(right)
-    assert output.close()
-    image = read_exr(path, "xyz", region=Region(3, 16, 10, 5))
-    np.testing.assert_array_equal(image.left, np.vstack([left[16:, 3:13], np.zeros((1, 10, 3))]))
-    np.testing.assert_array_equal(image.right, right[16:, 3:13])
 
 
 # OpenEXR beyond R, G, B on one window: grey, luminance and chroma, cropped views; and what is no view of a scene.
@@ -648,17 +562,6 @@ def test_colours_of_lower_resolution_are_refused_rightly(tmp_path: Path) -> None
     channels = {"R": decimated(rgb[..., 0]), "G": np.ascontiguousarray(rgb[..., 1]), "B": decimated(rgb[..., 2])}
     with pytest.raises(StimulusError, match=r"the channels R, B have a lower resolution|the channels B, R have"):
         read_exr(write_bytes(tmp_path / "a.exr", Part(channels, steps={"R": 2, "B": 2})), "rec709")
-
-
-def test_grey_with_alpha_and_in_parts(tmp_path: Path) -> None:
-    grey = smooth(1)[..., 0].astype("<f4")
-    parts = [
-        Part({"Y": grey * k, "A": np.ones_like(grey)}, [("view", "string", eye), chromaticities(REC709)])
-        for k, eye in ((1, b"left"), (2, b"right"))
-    ]
-    image = read_exr(write_bytes(tmp_path / "a.exr", *parts))
-    np.testing.assert_allclose(image.right, 2 * image.left, rtol=1e-6)
-    np.testing.assert_allclose(image.left[..., 1], grey, rtol=1e-6)
 
 
 def test_views_of_display_windows_that_differ_are_refused(tmp_path: Path) -> None:

@@ -36,20 +36,12 @@ from stimuli.pictures.packing import eye_size_px, named_packing
 from stimuli.pictures.picture_input import opened, reason, text_of
 from stimuli.spectral import read_spectral
 from tests.stimuli.pictures.exr_bytes import Part, floats, write_bytes
-from tests.stress.mutants import formats, read_all
 from tests.stress.picture_formats import exr_header
 
 # Files that ask for more than a picture takes, or are no files: refused by name before memory is taken for them.
 
 LIGHT = np.random.default_rng(5).random((20, 30, 3)).astype(np.float32)
 STATED = ("chromaticities", "chromaticities", floats(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
-
-
-@pytest.mark.nightly
-def test_some_damaged_pictures_are_read_or_refused() -> None:
-    module = "tests.stress.picture_formats"
-    outcome = read_all(module, [(name, number) for name in formats(module) for number in range(2)])
-    assert not outcome.faults, str(outcome)
 
 
 # --- only what is wanted ----------------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import struct
 from pathlib import Path
@@ -10,20 +9,18 @@ from typing import Any
 
 import colour
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 from numpy.typing import NDArray
 from PIL import Image, ImageCms, ImageOps
 
 from devices.characterise import thesis_display
-from devices.colour import WHITE_POINTS_XYZ, rgb_to_xyz_matrix, srgb_encoded
-from devices.colour.adaptation import bradford_matrix
+from devices.colour import rgb_to_xyz_matrix, srgb_encoded
 from devices.profiles import profile_of_model
 from documents import InputError
 from stimuli.build import StimulusSet, build_set, export_exr
 from stimuli.pictures import Region, StereoImage
 from stimuli.pictures.coded import decoded
-from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, embedded_encoding, named_encoding
+from stimuli.pictures.colour_spaces import NAMED_SPACES, NamedSpace, named_encoding
 from tests.kept import known
 from tests.stimuli.oiio_files import save_picture
 
@@ -35,17 +32,6 @@ SCIENCE = {
     "adobe-rgb": "Adobe RGB (1998)",
     "rec2020": "ITU-R BT.2020",
 }
-
-
-def save_oiio(path: Path, values: Array, kind: str, **attributes: object) -> Path:
-    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
-    for name, value in attributes.items():
-        spec.attribute(name, value)
-    output = known(oiio.ImageOutput.create(str(path)))
-    assert output.open(str(path), spec)
-    assert output.write_image(values)
-    output.close()
-    return path
 
 
 @pytest.fixture(autouse=True)
@@ -327,7 +313,7 @@ def test_jpeg_is_what_pillow_decodes(tmp_path: Path) -> None:
 
 def test_a_float_tiff_of_codes_and_of_light(tmp_path: Path) -> None:
     values = np.random.default_rng(1).random((8, 12, 3)).astype(np.float32)
-    file = save_oiio(tmp_path / "a.tif", values, "float")
+    file = save_picture(tmp_path / "a.tif", values)
     light = colour.models.eotf_sRGB(values.astype(np.float64))
     np.testing.assert_allclose(read(tmp_path, file).left, light @ _SRGB.T * WHITE, rtol=1e-6)
     np.testing.assert_allclose(read(tmp_path, file, colour_space="rec709").left, values @ _SRGB.T * WHITE, rtol=1e-6)
@@ -369,49 +355,6 @@ def test_a_file_for_each_eye_mpo_and_jps(tmp_path: Path) -> None:
     assert stimuli.factors("a") == {"image": "a", "view": "stereo"}
 
 
-def test_all_steps_apply(tmp_path: Path) -> None:
-    left = pixels(1, (60, 40))
-    for name, codes in (("a_L.png", left), ("a_R.png", np.roll(left, 3, axis=1))):
-        Image.fromarray(codes).save(tmp_path / name)
-    stimuli = built(
-        tmp_path,
-        {"name": "one", "left": "a_L.png", "right": "a_R.png"},
-        align={"method": "offset", "offset_px": [3, 0]},
-        crop={"left_px": 0, "top_px": 0, "width_px": 40, "height_px": 30},
-        luminance={"mean_cd_m2": 12},
-        resample={"width_mm": 5},
-    )
-    image = stimuli.load("one")
-    assert image.width_px == 20
-    assert image.left[..., 1].mean() == pytest.approx(12, rel=0.02)
-    assert stimuli.entry("one")["steps"][0]["step"] == "read"
-
-
-def test_an_embedded_table_against_littlecms(tmp_path: Path) -> None:
-    data = profile_of_model(thesis_display(), "display", kind="table", points=17).data
-    encoding = embedded_encoding(data, Path("a.png"))
-    assert encoding.table is not None
-    codes = pixels(size=(40, 30))
-    Image.fromarray(codes).save(tmp_path / "a.png", icc_profile=data)
-    image = read(tmp_path, tmp_path / "a.png", colour_space="icc", white_luminance_cd_m2=1)
-    profile = ImageCms.ImageCmsProfile(io.BytesIO(data))
-    lab = ImageCms.profileToProfile(
-        Image.fromarray(codes),
-        profile,
-        ImageCms.createProfile("LAB"),
-        ImageCms.Intent.RELATIVE_COLORIMETRIC,
-        outputMode="LAB",
-    )
-    assert lab is not None
-    shown = np.asarray(lab).astype(np.int16)
-    lightness = shown[..., 0] / 255 * 100
-    y = (image.left @ bradford_matrix(encoding.white, WHITE_POINTS_XYZ["icc-d50"]).T)[..., 1]
-    mine = np.where(y > 216 / 24389, 116 * np.cbrt(y) - 16, y * 24389 / 27)
-    # LittleCMS gives 8 bits of lightness, rounded to 0.4, and interpolates on its own.
-    assert np.abs(mine - lightness).max() < 0.6
-    assert abs(float((mine - lightness).mean())) < 0.1
-
-
 def test_two_eyes_must_go_together(tmp_path: Path) -> None:
     Image.fromarray(pixels()).save(tmp_path / "l.png")
     Image.fromarray(pixels(size=(12, 9))).save(tmp_path / "r.png")
@@ -429,7 +372,7 @@ def test_two_eyes_must_go_together(tmp_path: Path) -> None:
 
 
 def test_openexr_takes_no_space_of_codes(tmp_path: Path) -> None:
-    save_oiio(tmp_path / "a.exr", np.ones((4, 6, 3), np.float32), "half")
+    save_picture(tmp_path / "a.exr", np.ones((4, 6, 3), np.float32), kind="half")
     assert "OpenEXR holds linear light" in complaint(tmp_path, tmp_path / "a.exr")
     Image.fromarray(pixels()).save(tmp_path / "b.png")
     stimuli = built(

@@ -88,25 +88,6 @@ def test_each_observers_difference_is_that_of_colour_science() -> None:
             np.testing.assert_allclose(found.lab_difference[row, column], labs[1] - labs[0], atol=1e-6)
 
 
-def test_who_the_match_is_for_sees_none_and_the_same_spectrum_differs_for_nobody() -> None:
-    match = colorimetric_observer("CIE 2015 10")
-    found = observer_metamerism(PAINTS, _light(WAVES), WAVES, _screen(), (match,), matched_for=match)
-    assert found.delta_e_00.max() < 1e-9
-    assert found.standard_delta_e_00["CIE 1931 2"].min() > 0.5
-    # An object whose light is the screen's own is the screen, whoever looks.
-    screen = _screen()
-    own = (0.5 * screen.primaries.sum(axis=0) + screen.black) / _light(WAVES)
-    same = observer_metamerism(
-        {"own": own / own.max()},
-        _light(WAVES),
-        WAVES,
-        ScreenSpectra(WAVES, np.zeros(len(WAVES)), screen.primaries + screen.black / 1.5),
-        _persons(),
-        matched_for=match,
-    )
-    assert same.delta_e_00.max() < 0.02
-
-
 def _readings(spacing: float = 5.0) -> Measurements:
     screen = _screen(spacing=spacing)
     codes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [0.5, 0.5, 0.5]])
