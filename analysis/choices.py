@@ -7,7 +7,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from documents.options import Typed
 
-Model: TypeAlias = Literal["bradley-terry", "davidson", "rao-kupper", "thurstone"]
+OwnModel: TypeAlias = Literal["bradley-terry", "davidson", "rao-kupper", "thurstone"]
+Model: TypeAlias = OwnModel | str  # another package may have it
 DistancePrior: TypeAlias = Literal["gaussian", "bounded", "none"]
 Adjust: TypeAlias = Literal["none", "holm", "bh", "maxz"]
 CovarianceChoice: TypeAlias = Literal["auto", "model", "scaled", "sandwich", "shrinkage"]

@@ -211,19 +211,24 @@ class Registry(Mapping[str, Kind]):
         offer = None if name in self._own else self._offered(name)
         return None if offer is None or offer.package == OWN else offer
 
-    def wanted(self, name: str, what: str) -> Kind:
+    def whose(self, name: str) -> str:
+        """Return the package and its version that offer a name which is not our own; empty where it is ours."""
+        offer = self.offer(name)
+        return "" if offer is None else f"{offer.package} {version_of(offer)}"
+
+    def wanted(self, name: str, what: str, error: type[InputError] = InputError) -> Kind:
         """Return the kind of a name that a person typed, such as that of a ``listener``, which ``what`` calls it.
 
         Raises
         ------
         InputError
-            If nobody offers it, or who does cannot be used.
+            If nobody offers it, then an ``error``, or who does cannot be used.
         """
         kind = self.get(name)
         if kind is None:
             names = self.names()
             remedy = did_you_mean(name, names) if names else f"install a package that adds to {self.group}"
-            raise InputError(Finding(f"there is no {what} '{name}'", remedy=remedy))
+            raise error(Finding(f"there is no {what} '{name}'", remedy=remedy))
         return kind
 
     @contextmanager

@@ -145,6 +145,8 @@ def type_of(kind: type[Any], field: Field[Any]) -> tuple[Typed, Any, bool]:
         optional = type(None) in get_args(of)
         kinds = [each for each in get_args(of) if each is not type(None)]
         of = Path if Path in kinds else kinds[0]
+        if get_origin(of) is Literal and str in kinds:
+            of = of | str
     return typed, of, optional
 
 

@@ -13,13 +13,11 @@ from analysis.hierarchical.propagation import GroupAnswers
 from analysis.hierarchical.result import GroupScores, HierarchicalFit
 from analysis.hierarchical.spread import ObserverSd, SpreadProfile, estimate_spread, mapped
 from analysis.scaling.counts import Counts
-from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.laws import LAWS, MODELS, Model
 from analysis.scaling.newton import maximise
 from analysis.scaling.separation import find_separation
 from documents import Finding, one_blas_thread
 from documents.arrays import Floats, Indices
-
-RANDOM_MODELS: tuple[Model, ...] = ("bradley-terry", "thurstone")
 
 
 @one_blas_thread()
@@ -63,10 +61,10 @@ def fit_observers(
     ([0.55, -0.55], 0.0)
     """
     check_level(alpha)
-    if model not in RANDOM_MODELS:
-        remedy = "use one of: " + ", ".join(RANDOM_MODELS)
+    law = LAWS.wanted(model, "model", ResultsError)
+    if law.parameter:
+        remedy = "use one of: " + ", ".join(name for name in MODELS if not LAWS[name].parameter)
         raise ResultsError(Finding(f"the model '{model}' has no distribution of observers", remedy=remedy))
-    law = LAWS[model]
     parts = split_groups(comparisons) if comparisons.groups else (("", comparisons),)
     for name, part in parts:
         _check_observers(part, name)

@@ -183,7 +183,7 @@ class HierarchicalFit:
     @property
     def unit(self) -> str:
         """Unit of the strengths: nats, or sd, standard deviations of a difference of two perceptions."""
-        return "sd" if self.model == "thurstone" else "nats"
+        return LAWS[self.model].unit
 
     @property
     def jnd(self) -> float:

@@ -12,6 +12,7 @@ from analysis.inference.fit_of_pairs import PairResiduals, pair_residuals
 from analysis.inference.multiverse_analysis import Multiverse, multiverse
 from analysis.inference.tost import Equivalence, equivalence
 from analysis.inference.transitivity_tests import Transitivity, transitivity
+from analysis.scaling.laws import models_beside
 from analysis.scaling.scores import Scores
 from documents.pages import Block, Column, Paragraph, Table
 from documents.text import counted
@@ -70,7 +71,9 @@ def review(
             answers["transitivity"] = triples
         answers["residuals"] = pair_residuals(scores)
         if len(scores.comparisons.observers) >= FEWEST_FOR_MODELS:
-            answers["model_comparison"] = compare_models(scores.comparisons)
+            answers["model_comparison"] = compare_models(
+                scores.comparisons, models_beside(scores.fit.model, ties=scores.comparisons.ties > 0)
+            )
     if choices:
         answers["multiverse"] = multiverse(scores)
     return answers

@@ -19,7 +19,7 @@ import numpy as np
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.inference.left_out import LeftOut, left_out
-from analysis.scaling.laws import LAWS, MODELS, Model
+from analysis.scaling.laws import LAWS, MODELS, Model, models_beside
 from analysis.scaling.newton import Point
 from documents import Finding
 from documents.arrays import Floats, Indices
@@ -158,11 +158,9 @@ def compare_models(
         what = f"models are compared by leaving observers out, and there are {people}"
         raise ResultsError(Finding(what, remedy="name three observers or more in the column 'observer'"))
     ties = comparisons.ties > 0
-    chosen = list(models) if models is not None else [model for model in MODELS if ties or not LAWS[model].parameter]
-    unknown = [model for model in chosen if model not in MODELS]
-    if unknown:
-        what = f"there is no model '{unknown[0]}'"
-        raise ResultsError(Finding(what, remedy="expected one of: " + ", ".join(MODELS)))
+    chosen = list(models) if models is not None else models_beside(MODELS[0], ties=ties)
+    for model in chosen:
+        LAWS.wanted(model, "model", ResultsError)
     part = _parts(comparisons, folds, seed)
     both = _sides_known(comparisons) if order_effects is None else order_effects
     cases, left = [], []

@@ -36,7 +36,7 @@ from analysis.inference.left_out import LeftOut, left_out
 from analysis.scaling.clustered import of_contributions
 from analysis.scaling.counts import Answers
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laws import LAWS, MODELS, Model
+from analysis.scaling.laws import LAWS, Model, models_beside
 from analysis.scaling.newton import Point, joint_covariance
 from analysis.scaling.profile import exchange_p, penalised_top, scaled, signed_roots, why_not_profiled, wins_by_observer
 from analysis.scaling.result import CovarianceKind
@@ -232,11 +232,11 @@ def multiverse(
         raise ResultsError(Finding("there are too many classes to compare", remedy="compare fewer items"))
     check_level(classes.alpha)
     ties = comparisons.ties > 0
-    laws = list(models) if models is not None else [model for model in MODELS if ties or not LAWS[model].parameter]
-    for wish, known in ((laws, MODELS), (adjustments, ADJUSTMENTS)):
-        unknown = [name for name in wish if name not in known]
-        if unknown:
-            raise ResultsError(Finding(f"there is no '{unknown[0]}'", remedy="expected one of: " + ", ".join(known)))
+    laws = list(models) if models is not None else models_beside(scores.fit.model, ties=ties)
+    for model in laws:
+        LAWS.wanted(model, "model", ResultsError)
+    if unknown := [name for name in adjustments if name not in ADJUSTMENTS]:
+        raise ResultsError(Finding(f"there is no '{unknown[0]}'", remedy="expected one of: " + ", ".join(ADJUSTMENTS)))
     people = len(comparisons.observers)
     part, names = observer_parts(comparisons.observers)
     kinds: list[CovarianceKind] = list(get_args(CovarianceKind)) if people > 1 else ["model"]

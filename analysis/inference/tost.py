@@ -114,7 +114,7 @@ def parse_margin(text: str, model: Model = "bradley-terry") -> float:
     (0.549, 0.201, 0.2)
     """
     law, result = LAWS[model], _PATTERN.fullmatch(text)
-    own = "sd" if model == "thurstone" else "nats"
+    own = law.unit
     try:
         numbers = [float(part) for part in (result[1], result[3] or "0")] if result else []
     except ValueError:
@@ -134,17 +134,10 @@ def parse_margin(text: str, model: Model = "bradley-terry") -> float:
         chance = value / (value + other) if result[3] else value / 100 if unit == "%" else value
         if not 0.5 < chance < 1:
             raise ResultsError(Finding(f"the margin is '{text}'", remedy=EXPECTED))
-        margin = _difference(chance, model)
+        margin = law.difference(chance)
     if not margin > 0:
         raise ResultsError(Finding(f"the margin is '{text}', not above zero", remedy=EXPECTED))
     return float(margin)
-
-
-def _difference(chance: float, model: Model) -> float:
-    """Return the difference of strengths at which, ties aside, the better item is preferred with ``chance``."""
-    from scipy.special import logit, ndtri
-
-    return float(ndtri(chance) if model == "thurstone" else logit(chance))
 
 
 def equivalence(
@@ -205,5 +198,4 @@ def equivalence(
         difference = float(apart.estimate[row])
         numbers = float(p_equivalent[row]), float(p_different[row])
         pairs.append(PairEquivalence(names[better], names[worse], difference, *numbers, verdict, differs))
-    law_chance = LAWS["thurstone" if model == "thurstone" else "bradley-terry"].probabilities(np.array([limit]), 0.0)
-    return Equivalence(tuple(pairs), limit, text, float(law_chance[0][0]), level, correction)
+    return Equivalence(tuple(pairs), limit, text, LAWS[model].chance(limit), level, correction)

@@ -12,8 +12,10 @@ from .grouped import score_groups as score_groups
 from .laws import LAWS as LAWS
 from .laws import LOGISTIC as LOGISTIC
 from .laws import MODELS as MODELS
+from .laws import Law as Law
 from .laws import Model as Model
 from .laws import Probit as Probit
+from .laws import Slopes as Slopes
 from .laws import probabilities as probabilities
 from .learnt_prior import Posterior as Posterior
 from .learnt_prior import learnt_posterior as learnt_posterior

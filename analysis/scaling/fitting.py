@@ -18,7 +18,7 @@ from analysis.errors import ResultsError
 from analysis.scaling.clustered import ByObserver, by_observer
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.laws import LAWS, LOGISTIC, MODELS, Law, Model
+from analysis.scaling.laws import LAWS, LOGISTIC, Law, Model
 from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
 from analysis.scaling.profile import MOST_STEPS, climbed, wins_by_observer
@@ -213,8 +213,8 @@ def fit_model(
     >>> fit_model(from_answers(answers), "davidson").theta.round(3).tolist()
     [0.549, -0.549]
     """
+    law = LAWS.wanted(model, "model", ResultsError)
     _check(comparisons, model, method, prior_sd, order_effect)
-    law = LAWS[model]
     ties = law.parameter is not None
     prior = prior_sd if method == "map" else None
     counts, answers = count_pairs(comparisons, ordered=order_effect, ties=ties)
@@ -347,8 +347,6 @@ def covariance_kind(choice: CovarianceChoice, observers: int, items: int, method
 
 
 def _check(comparisons: Comparisons, model: str, method: str, prior_sd: float, order_effect: bool) -> None:
-    if model not in MODELS:
-        raise ResultsError(Finding(f"there is no model '{model}'", remedy="expected one of: " + ", ".join(MODELS)))
     if method not in get_args(ModelMethod):
         remedy = "expected one of: " + ", ".join(get_args(ModelMethod))
         raise ResultsError(Finding(f"there is no method '{method}'", remedy=remedy))
@@ -381,7 +379,7 @@ def _parameters(
     errors = np.sqrt(np.maximum(np.diag(joint)[counts.n :], 0)).tolist()
     freedom = [math.inf] * len(errors) if clustered is None else clustered.parameter_freedom.tolist()
     own = ([(law.parameter, float(top.k[0, 0]), True)] if law.parameter else []) + (
-        [("order", float(top.order[0, 0]), model != "thurstone")] if counts.ordered else []
+        [("order", float(top.order[0, 0]), law.unit == "nats")] if counts.ordered else []
     )
     return tuple(
         Parameter(name, estimate, se, is_factor, free)

@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.scaling.counts import Counts
-from analysis.scaling.laws import LAWS, LOGISTIC, Law, Slopes
+from analysis.scaling.laws import DAVIDSON, LOGISTIC, Law, Slopes
 from analysis.scaling.newton import border_of
 from documents.arrays import Flags, Floats, Indices
 
 RIDGE = 1e-14
 BESIDE = 1e-5  # apart, differences give slopes to about 1e-10, and the likelihood to the square of that
-EXPONENTIAL = (LOGISTIC, LAWS["davidson"])  # whose information does not depend on the answers
+EXPONENTIAL = (LOGISTIC, DAVIDSON)  # whose information does not depend on the answers
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,15 +18,18 @@ log 3 = 1.0986 nats by Bradley and Terry's.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol, get_args
+from abc import ABC, abstractmethod
+from typing import NamedTuple, get_args
 
 import numpy as np
 
 from analysis.choices import Model as Model
+from analysis.choices import OwnModel
 from analysis.scaling.counts import Counts
 from documents.arrays import Floats
+from documents.extensions import Registry
 
-MODELS: tuple[Model, ...] = get_args(Model)
+MODELS: tuple[Model, ...] = get_args(OwnModel)
 
 STANDARD_DEVIATIONS_PER_JOD = 0.6744897501960817
 NATS_PER_JND = 1.0986122886681098
@@ -54,54 +57,57 @@ class Slopes(NamedTuple):
     kk: Floats = _NOTHING
 
 
-class Law(Protocol):
+class Law(ABC):
     """A law with at most one parameter ``k`` of its own, whose log likelihood is concave in difference and ``k``.
 
     ``d`` has the shape (B, m) of the counts, and ``k`` the shape (B, 1) or is a number.
+
+    Attributes
+    ----------
+    jnd
+        Length of one JND (75 : 25), which is one JOD, in the units of the strengths.
+    unit
+        Of the strengths: ``nats``, by which scores are shares that sum to 1, or another one, by which JOD are told.
+    parameter
+        Name of exp(k); None where the law has no parameter of its own, and no ties.
+    safe_step
+        Newton steps that change no pair's d by more, k's change added, cannot lower the likelihood; 0 if unknown.
     """
 
-    @property
-    def parameter(self) -> str | None:
-        """Name of exp(k); None where the law has no parameter of its own, and no ties."""
-        ...
-
-    @property
-    def jnd(self) -> float:
-        """Length of one JND (75 : 25), which is one JOD, in the units of the strengths."""
-        ...
-
-    @property
-    def safe_step(self) -> float:
-        """Newton steps that change no pair's d by more, k's change added, cannot lower the likelihood; 0 if unknown."""
-        ...
-
-    def start(self, counts: Counts) -> Floats:
-        """Return where ``k`` begins, shape (B, 1)."""
-        ...
-
-    def probabilities(self, d: Floats, k: Floats | float) -> tuple[Floats, Floats, Floats]:
-        """Return the chances that ``first`` is preferred, ``second``, and neither."""
-        ...
-
-    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float) -> Floats:
-        """Return each pair's log likelihood without binomial coefficients; -inf where ``k`` is impossible."""
-        ...
-
-    def slopes(self, counts: Counts, d: Floats, k: Floats | float) -> Slopes:
-        """Return the derivatives."""
-        ...
-
-
-class _WithoutTies:
+    jnd: float
+    unit: str = "nats"
     parameter: str | None = None
-    safe_step = 0.0
+    safe_step: float = 0.0
 
     def start(self, counts: Counts) -> Floats:
-        """Return 0: there is no parameter."""
+        """Return where ``k`` begins, shape (B, 1): 0 where there is no parameter."""
         return np.zeros((len(counts.won), 1))
 
+    @abstractmethod
+    def probabilities(self, d: Floats, k: Floats | float = 0.0) -> tuple[Floats, Floats, Floats]:
+        """Return the chances that ``first`` is preferred, ``second``, and neither."""
 
-class Logistic(_WithoutTies):
+    @abstractmethod
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Floats:
+        """Return each pair's log likelihood without binomial coefficients; -inf where ``k`` is impossible."""
+
+    @abstractmethod
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Slopes:
+        """Return the derivatives."""
+
+    def difference(self, chance: float) -> float:
+        """Return the difference at which, ties aside, the better item is preferred with ``chance``, 0.5 to 1."""
+        from scipy.special import logit
+
+        return float(logit(chance))
+
+    def chance(self, difference: float) -> float:
+        """Return the chance, ties aside, at a ``difference`` of at least 0."""
+        law = LOGISTIC if self.parameter else self
+        return float(law.probabilities(np.array([difference]))[0][0])
+
+
+class Logistic(Law):
     """Without ties; strengths in nats."""
 
     jnd = NATS_PER_JND
@@ -131,10 +137,11 @@ def _both(d: Floats) -> tuple[Floats, Floats]:
     return odds * q, q
 
 
-class Probit(_WithoutTies):
+class Probit(Law):
     """Without ties; strengths in standard deviations of a difference."""
 
     jnd = STANDARD_DEVIATIONS_PER_JOD
+    unit = "sd"
 
     def probabilities(self, d: Floats, k: Floats | float = 0.0) -> tuple[Floats, Floats, Floats]:
         """Return the chances of ``first``, of ``second``, and 0."""
@@ -154,6 +161,12 @@ class Probit(_WithoutTies):
         information = counts.won * ahead * (ahead + d) + counts.lost * behind * (behind - d)
         return Slopes(counts.won * ahead - counts.lost * behind, information)
 
+    def difference(self, chance: float) -> float:
+        """Return the difference at which the better item is preferred with ``chance``, 0.5 to 1."""
+        from scipy.special import ndtri
+
+        return float(ndtri(chance))
+
 
 def hazard(d: Floats) -> Floats:
     """Return φ(d) / Φ(d), to its relative precision however far out."""
@@ -166,10 +179,10 @@ def _times(count: Floats, log_p: Floats) -> Floats:
     return np.where(count > 0, count * log_p, 0.0)
 
 
-class Davidson:
+class Davidson(Law):
     """With ties; strengths in nats, as Bradley and Terry's where there is no tie."""
 
-    parameter: str | None = "nu"
+    parameter = "nu"
     jnd = NATS_PER_JND
     safe_step = EXPONENTIAL_FAMILY_STEP
 
@@ -178,17 +191,17 @@ class Davidson:
         decided = (counts.won + counts.lost).sum(axis=1, keepdims=True)
         return np.asarray(np.log(2 * counts.tied.sum(axis=1, keepdims=True) / decided))
 
-    def probabilities(self, d: Floats, k: Floats | float) -> tuple[Floats, Floats, Floats]:
+    def probabilities(self, d: Floats, k: Floats | float = 0.0) -> tuple[Floats, Floats, Floats]:
         """Return the chances of ``first``, ``second`` and neither."""
         first, second, neither = np.exp(_log_probabilities(d, k))
         return first, second, neither
 
-    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float) -> Floats:
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Floats:
         """Return W log p of each pair."""
         first, second, neither = _log_probabilities(d, k)
         return np.asarray(counts.won * first + counts.lost * second + counts.tied * neither)
 
-    def slopes(self, counts: Counts, d: Floats, k: Floats | float) -> Slopes:
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Slopes:
         """Return the derivatives, no two near numbers subtracted."""
         p, q, t = self.probabilities(d, k)
         total = counts.total
@@ -208,26 +221,25 @@ def _log_probabilities(d: Floats, k: Floats | float) -> Floats:
     return np.asarray(weights - np.log(np.exp(weights).sum(axis=0)))
 
 
-class RaoKupper:
+class RaoKupper(Law):
     """With ties; strengths in nats."""
 
-    parameter: str | None = "eta"
+    parameter = "eta"
     jnd = NATS_PER_JND
-    safe_step = 0.0
 
     def start(self, counts: Counts) -> Floats:
         """Return τ of items that are all alike."""
         share = counts.tied.sum(axis=1, keepdims=True) / counts.total.sum(axis=1, keepdims=True)
         return np.asarray(np.log1p(share) - np.log1p(-share))
 
-    def probabilities(self, d: Floats, k: Floats | float) -> tuple[Floats, Floats, Floats]:
+    def probabilities(self, d: Floats, k: Floats | float = 0.0) -> tuple[Floats, Floats, Floats]:
         """Return the chances of ``first``, ``second`` and neither."""
         from scipy.special import expit
 
         first, second = expit(d - k), expit(-d - k)
         return np.asarray(first), np.asarray(second), np.asarray(np.expm1(2 * k) * first * second)
 
-    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float) -> Floats:
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Floats:
         """Return W log p of each pair; -inf where the threshold is not above zero."""
         from scipy.special import log_expit
 
@@ -237,7 +249,7 @@ class RaoKupper:
         terms = counts.won * log_expit(d - k) + counts.lost * log_expit(-d - k) + counts.tied * neither
         return np.where(possible, terms, -np.inf)
 
-    def slopes(self, counts: Counts, d: Floats, k: Floats | float) -> Slopes:
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Slopes:
         """Return the derivatives."""
         from scipy.special import expit
 
@@ -253,13 +265,23 @@ class RaoKupper:
         )
 
 
-LOGISTIC: Law = Logistic()
-LAWS: dict[Model, Law] = {
-    "bradley-terry": LOGISTIC,
-    "davidson": Davidson(),
-    "rao-kupper": RaoKupper(),
-    "thurstone": Probit(),
-}
+LOGISTIC, DAVIDSON, RAO_KUPPER, PROBIT = Logistic(), Davidson(), RaoKupper(), Probit()
+# By the name of a model: ours, and those of other packages (`docs/extend.md`).
+LAWS: Registry[Law] = Registry(
+    "cyclopean.scalings",
+    {
+        "bradley-terry": "analysis.scaling.laws:LOGISTIC",
+        "davidson": "analysis.scaling.laws:DAVIDSON",
+        "rao-kupper": "analysis.scaling.laws:RAO_KUPPER",
+        "thurstone": "analysis.scaling.laws:PROBIT",
+    },
+    lambda name, kind: None if isinstance(kind, Law) else "is no Law",
+)
+
+
+def models_beside(model: Model, *, ties: bool) -> list[Model]:
+    """Return the names of our models, and of one more; without ``ties`` only of those that have none."""
+    return [name for name in dict.fromkeys([*MODELS, model]) if ties or not LAWS[name].parameter]
 
 
 def probabilities(theta: Floats) -> Floats:

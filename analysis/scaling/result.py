@@ -353,6 +353,7 @@ class Fit(Maximised):
         sound = self.separation is None
         return {
             "model": self.model,
+            **({"model_of": LAWS.whose(self.model)} if LAWS.whose(self.model) else {}),
             "method": self.method,
             "prior_sd": self.prior_sd,
             "covariance": self.covariance_kind,

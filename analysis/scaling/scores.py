@@ -126,7 +126,7 @@ class Scores:
         strength = None if item.theta is None else item.theta / self.jnd
         error = None if item.se is None else item.se / self.jnd
         values = {"jnd": strength, "jnd_se": error}
-        return values | {"jod": strength, "jod_se": error} if self.fit.model == "thurstone" else values
+        return values | {"jod": strength, "jod_se": error} if LAWS[self.fit.model].unit != "nats" else values
 
 
 def score(
@@ -222,7 +222,7 @@ def _lines(scores: Scores) -> tuple[ItemScore, ...]:
     comparisons, fitted, classes, quasi = scores.comparisons, scores.fit, scores.classes, scores.quasi
     won, compared, _ = _counts(comparisons, fitted)
     se, shares, log10_shares = fitted.se, fitted.score, fitted.log10_score
-    if fitted.model == "thurstone":
+    if LAWS[fitted.model].unit != "nats":
         shares = log10_shares = np.full(len(won), np.nan)
     with np.errstate(invalid="ignore"):  # the root of a quasi-variance below zero is NaN: there is none
         quasi_se = np.full(len(won), np.nan) if quasi is None else np.sqrt(quasi.variances)

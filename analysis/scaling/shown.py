@@ -50,9 +50,9 @@ def score_blocks(scores: Scores, published: Published | None = None) -> list[Blo
     >>> [column.heading for column in table.columns]
     ['item', 'wins', 'of', 'score', 'log10', 'se (nats)', 'class']
     """
-    thurstone = scores.fit.model == "thurstone"
-    unit = scores.jnd if thurstone else 1.0
-    names = ("JOD", "se (JOD)") if thurstone else ("score", "log10", "se (nats)")
+    in_jod = LAWS[scores.fit.model].unit != "nats"
+    unit = scores.jnd if in_jod else 1.0
+    names = ("JOD", "se (JOD)") if in_jod else ("score", "log10", "se (nats)")
     columns = [Column("item", "item"), Column("wins", "wins", "number"), Column("of", "of", "number")]
     columns += [Column(name, name, "number", 4) for name in (*names, *(["quasi se"] if scores.quasi else []))]
     columns.append(Column("class", "class", "class"))
@@ -61,7 +61,7 @@ def score_blocks(scores: Scores, published: Published | None = None) -> list[Blo
     rows = []
     for item in scores.items:
         theta, se, quasi_se = (None if v is None else v / unit for v in (item.theta, item.se, item.quasi_se))
-        values = [theta, se] if thurstone else [item.score, item.log10_score, se]
+        values = [theta, se] if in_jod else [item.score, item.log10_score, se]
         counts = [ShownAs(count, f"{count:g}") for count in (item.wins, item.comparisons)]
         beside = published.get(item.name, (None, None)) if published else ()
         rows.append((item.name, *counts, *values, *([quasi_se] if scores.quasi else []), item.label, *beside))
@@ -105,6 +105,7 @@ def summary_lines(scores: Scores) -> list[str]:
             f"{counted(classes.without_spread, 'pair has', 'pairs have')} no spread between observers, who all agree: "
             "not significant."
         )
+    lines += [f"the model '{fit.model}' is of {LAWS.whose(fit.model)}"] if LAWS.whose(fit.model) else []
     lines += [_line(parameter) for parameter in fit.parameters]
     if fit.order_test:
         test = fit.order_test

@@ -8,3 +8,4 @@ from .measures import prove_measure as prove_measure
 from .promises import BrokenPromiseError as BrokenPromiseError
 from .readers import prove_reader as prove_reader
 from .recipes import prove_recipe as prove_recipe
+from .scalings import prove_scaling as prove_scaling

@@ -17,8 +17,7 @@ from devices.readings.instrument import Instrument, LostError, RangeError, Readi
 from devices.readings.protocol import LineInstrument, read_protocol
 from devices.readings.simulated import Faults, Simulated, SimulatedDisplay
 from documents import Finding, InputError
-from documents.extensions import Registry, version_of
-from documents.text import did_you_mean
+from documents.extensions import Registry
 
 
 def _wrong(name: str, kind: Any) -> str | None:
@@ -119,9 +118,8 @@ def open_instrument(name: str, wiring: Wiring) -> Instrument:
 
         _only(("spotread",), wiring.options)
         return Spotread(wiring.port, shlex.split(wiring.options.get("spotread", "")), wiring.ask)
-    if name not in INSTRUMENTS.own() and INSTRUMENTS.get(name) is None:
-        remedy = did_you_mean(name, INSTRUMENTS.names())
-        raise DeviceError(Finding(f"there is no instrument '{name}'", remedy=remedy))
+    if name not in INSTRUMENTS.own():
+        INSTRUMENTS.wanted(name, "instrument", DeviceError)
     return _serial(name, wiring)
 
 
@@ -132,8 +130,8 @@ def gives_spectra(name: str) -> bool:
 
 def recorded_name(name: str, instrument: Instrument) -> str:
     """Return what to record of an instrument: as it names itself, and whose it is where it is not ours."""
-    offer = INSTRUMENTS.offer(name)
-    return instrument.name if offer is None else f"{instrument.name} (by {offer.package} {version_of(offer)})"
+    whose = INSTRUMENTS.whose(name)
+    return f"{instrument.name} (by {whose})" if whose else instrument.name
 
 
 def _serial(name: str, wiring: Wiring) -> Instrument:

@@ -15,7 +15,7 @@ from devices.readings.arrangement import PatchEye
 from devices.readings.csv_table import write_csv
 from devices.readings.table import Measurements
 from documents import Finding, InputError
-from documents.extensions import Registry, version_of
+from documents.extensions import Registry
 from documents.files import whole_file, writing
 from documents.tables import ENDINGS
 
@@ -97,10 +97,9 @@ def read_measurements(
             ) from error
         if not isinstance(measurements, Measurements):
             raise TypeError(f"{type(measurements).__name__} in place of Measurements")
-    if (offer := READERS.offer(ending[1:])) is None:
+    if not (whose := READERS.whose(ending[1:])):
         return measurements
-    notes = filter(None, (measurements.notes, f"read by {offer.package} {version_of(offer)}"))
-    return replace(measurements, notes="; ".join(notes))
+    return replace(measurements, notes="; ".join(filter(None, (measurements.notes, f"read by {whose}"))))
 
 
 def read_log(path: Path) -> Measurements:

@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar
 from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from analysis.report import PARTS
+from analysis.scaling import LAWS
 from devices.display import AskMonitor, Rig, panel_of_monitor, read_rig
 from devices.readings import INSTRUMENTS, READERS
 from devices.timing_marks import MARKS
@@ -353,6 +354,7 @@ REGISTRIES: tuple[Registry[Any], ...] = (
     PARTS,
     RECIPES,
     MEASURES,
+    LAWS,
     READERS,
     INSTRUMENTS,
     MARKS,

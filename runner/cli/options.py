@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, Union, get_args, get_origin
 
 import click
 
@@ -59,6 +59,14 @@ class Whole(click.IntRange):
 
     def _describe_range(self) -> str:
         return _near(self, super()._describe_range())
+
+
+class _Open(click.Choice[str]):
+    """A name of ours, or another: what is done with it knows whether another package has it."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the name."""
+        return value
 
 
 def _near(kind: Within | Whole, described: str) -> str:
@@ -269,6 +277,8 @@ def _argument(kind: Any, typed: Typed, of: Any, field: Field[Any]) -> click.Argu
 def _value(typed: Typed, of: Any) -> dict[str, Any]:
     """Return how click reads a value of a type."""
     parts = get_args(of)
+    if get_origin(of) is Union:
+        return {"type": _Open(get_args(parts[0]))}
     if get_origin(of) is Literal:
         return {"type": click.Choice([str(part) for part in parts])}
     if get_origin(of) is tuple:

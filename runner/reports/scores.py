@@ -13,6 +13,7 @@ from analysis.inference import ReviewAnswer, answer_blocks, neighbour_conclusion
 from analysis.jod import JodScales, jod_blocks, scale_jod, unsettled_lines
 from analysis.scaling import (
     DEFAULT_PRIOR_SD,
+    LAWS,
     GroupedScores,
     ScoreOptions,
     Scores,
@@ -128,6 +129,7 @@ class Scored:
 def refuse_together(options: ScoresOptions) -> None:
     """Raise ResultsError if options were given that do not go together."""
     by_pwcmp, at_random = options.method == "pwcmp", options.observers == "random"
+    LAWS.wanted(options.model or "bradley-terry", "model", ResultsError)
     if options.margin is not None:
         parse_margin(options.margin, options.model or "bradley-terry")
     if options.prior_sd is not None and options.method != "map":
@@ -181,6 +183,11 @@ def score_table(comparisons: Comparisons, options: ScoresOptions, *, common: Map
     (0.75, [])
     """
     refuse_together(options)
+    with LAWS.blamed(options.model or "bradley-terry"):
+        return _scored(comparisons, options, common)
+
+
+def _scored(comparisons: Comparisons, options: ScoresOptions, common: Mapping[str, str] | None) -> Scored:
     if options.observers == "random":
         fitted = fit_observers(
             comparisons, options.model or "bradley-terry", alpha=options.alpha, adjust=options.adjust or "holm"

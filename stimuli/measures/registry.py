@@ -7,7 +7,7 @@ from inspect import isabstract
 from typing import Any
 
 from documents import did_you_mean
-from documents.extensions import Registry, version_of
+from documents.extensions import Registry
 from stimuli.errors import StimulusError
 from stimuli.measures.measure import Measure
 
@@ -117,8 +117,8 @@ def asked_names(names: Iterable[str]) -> tuple[str, ...]:
 
 def package_of(name: str) -> tuple[str, ...]:
     """Return the remark that a measure is another package's, with its version; nothing for ours."""
-    offer = MEASURES.offer(name)
-    return () if offer is None else (f"it is of {offer.package} {version_of(offer)}",)
+    whose = MEASURES.whose(name)
+    return (f"it is of {whose}",) if whose else ()
 
 
 def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:

@@ -167,8 +167,8 @@ def test_many_observers_are_left_out_in_parts(make: Maker) -> None:
 
 def test_refusals(make: Maker) -> None:
     scores = score(make(np.zeros(3)))
-    with pytest.raises(ResultsError, match="there is no 'logit'"):
-        multiverse(scores, models=["logit"])  # type: ignore[list-item]  # wrong on purpose
+    with pytest.raises(ResultsError, match="there is no model 'logit'"):
+        multiverse(scores, models=["logit"])
     with pytest.raises(ResultsError, match="there is no 'hom'"):
         multiverse(scores, adjustments=["hom"])  # type: ignore[list-item]  # wrong on purpose
     with pytest.raises(ResultsError, match="separated"):
@@ -585,7 +585,7 @@ def by_loops(comparisons: Comparisons) -> tuple[int, list[int], list[float], set
 @pytest.mark.parametrize(("gaps", "model"), [(0.0, "bradley-terry"), (0.6, "bradley-terry"), (0.3, "davidson")])
 def test_counts_beside_loops(make: Maker, gaps: float, model: str) -> None:
     comparisons = make(np.linspace(-0.6, 0.6, 7), 4, gaps=gaps, model=model, k=-0.2, seed=3)
-    result = known(transitivity(score(comparisons, model, method="map"), replicates=50))  # type: ignore[arg-type]  # a name out of a tuple
+    result = known(transitivity(score(comparisons, model, method="map"), replicates=50))
     number, counts, short, which = by_loops(comparisons)
     assert result.triples == number
     assert [test.broken for test in result.properties] == counts

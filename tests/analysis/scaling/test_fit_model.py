@@ -199,7 +199,7 @@ def test_an_order_effect_comes_back_and_its_test_tells_it_from_none(draw: Drawer
     theta = np.array([0.8, 0.1, -0.3, -0.6])
     for law, model in ((Logistic(), "bradley-terry"), (Davidson(), "davidson")):
         with_effect = draw(law, theta, k=-0.5, order=0.5, observers=60)
-        fitted = fit_model(with_effect, model, order_effect=True, covariance="model")  # type: ignore[arg-type]  # a name out of a tuple
+        fitted = fit_model(with_effect, model, order_effect=True, covariance="model")
         order = fitted.parameters[-1]
         assert order.name == "order"
         assert abs(order.estimate - 0.5) < 3.5 * order.se
