@@ -5,24 +5,25 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from documents import InputError
 from runner import Scene
-from runner.blocks import Draft
+from runner.blocks import Block, Draft, Stimuli
 from runner.blocks.message import pause_menu
 from runner.blocks.text_entry import Number, typed
 from runner.observers import walk
-from runner.ports import Ask
+from runner.ports import Ask, Browse, GoOn, Rate
 from runner.presenter import coverage
 from runner.scene import Text
 from runner.views import Interface, Style, page
 from runner.views.interface import ENGLISH, LANGUAGES, Language, words_of
 from tests.runner import every_kind as EVERY
-from tests.runner.every_kind import ROOT, VARIANTS
+from tests.runner.every_kind import ROOT, VARIANTS, met, setting
 
 _BRACES = re.compile(r"\{(\w+)\}")
 # What str.format would fill in, and the interface does not: its braces would be shown.
@@ -203,3 +204,56 @@ def test_a_key_may_take_the_place_of_one_that_goes_elsewhere(tmp_path: Path) -> 
     heard: Mapping[str, str] = design.style.interface.listening(ask).keys
     assert (heard["n"], heard["o"]) == ("first", "no_difference")
     assert "O: no difference" in said(ask.scene)
+
+
+# Ratings and series: what holds for every block, right in what they say, by the mouse alone.
+
+
+Play = Callable[..., Any]  # conftest.py
+SCALES = [
+    {"name": "quality", "question": "How good?", "highest": 5},
+    {"name": "depth", "question": "How deep?", "lowest": 0, "highest": 100},
+]
+SERIES = {f"{paint}-{kind}": [f"{paint}{kind}1", f"{paint}{kind}2"] for paint in "ab" for kind in "xy"}
+TWICE: dict[str, Any] = {"ratings": SCALES, "repeats": 2}
+BEST: dict[str, Any] = {"series": SERIES}
+BLOCKS: dict[str, tuple[str, dict[str, Any], str | None, set[type]]] = {
+    "rating": ("rating", TWICE, None, {Rate}),
+    "rating, timed": (
+        "rating",
+        TWICE | {"fixation_s": 1.0, "exposure_s": 0.5, "blank_s": 2.0, "break_every": 2},
+        None,
+        {Rate, GoOn},
+    ),
+    "rating beside a reference": ("rating", {"ratings": SCALES, "stimuli": ["a"]}, "r", {Rate}),
+    "best of series": ("best_of_series", BEST, None, {Browse, Rate}),
+    "best of series, with breaks": (
+        "best_of_series",
+        BEST | {"break_every": 1, "wrap": True, "start": "first"},
+        None,
+        {Browse, Rate, GoOn},
+    ),
+    "best of series without ratings": ("best_of_series", BEST | {"ratings": [], "see_all": False}, "r", {Browse}),
+}
+
+
+def block(name: str) -> Block:
+    kind, keys, reference, _ = BLOCKS[name]
+    stimuli = Stimuli({stimulus: {} for stimulus in ("a", "b", "c", *([reference] if reference else []))}, reference)
+    return met(kind, setting(stimuli), **keys)
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_everything_can_be_answered_with_the_mouse_alone(name: str, play: Play) -> None:
+    def click(ask: Ask) -> str:
+        task = ask.task
+        if isinstance(task, Rate):
+            return f"click {task.highest}" if task.current is None else "click accept"
+        if isinstance(task, Browse):
+            left = set(range(len(task.series))) - task.seen
+            return "click choose" if not left else "click next" if max(left) > task.index else "click previous"
+        return "click continue"
+
+    clicked = play(block(name), click)
+    assert len(clicked.trials) == block(name).trials
+    assert all(key.startswith("click ") for trial in clicked.trials for key, _ in trial.events)

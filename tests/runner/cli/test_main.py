@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import os
+import re
+import shlex
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import click
 import pytest
 from click.testing import CliRunner
 
+from runner.cli.examples import EXAMPLES
 from runner.cli.main import group
+from runner.cli.options import Whole, Within
 from runner.commands import COMMANDS
+from tests.choice import nightly
+from tests.runner.cli.every_command import commands
 
 
 def test_every_command_s_line_in_the_group_is_its_own_short_help() -> None:
@@ -107,3 +116,142 @@ def test_a_command_of_another_package_runs_and_is_listed_and_takes_none_of_ours(
     assert broken.returncode == 2
     assert "OSError: no clay" in broken.stderr
     assert typed("schema", "rig").returncode == 0
+
+
+# Help texts end with examples that the commands themselves can read; shells can complete at Tab.
+
+
+ROOT = Path(__file__).parents[3]
+LINES = [line for lines in EXAMPLES.values() for line in lines]
+# What takes a moment, and writes at most into the current folder.
+QUICK = [
+    line
+    for line in LINES
+    if re.search(
+        r"^cyclopean (schema|help|stimuli list|scores|display new)|completion|patches .*--list|check configs|--from",
+        line,
+    )
+]
+
+
+def _words(line: str) -> list[str]:
+    """Return a line's words for the program: what a shell does with its output is left out."""
+    match = re.search(r"cyclopean [^)|>]*", line)
+    assert match
+    return shlex.split(match[0])[1:]
+
+
+def test_every_command_has_examples_and_there_are_no_others() -> None:
+    assert set(EXAMPLES) == {called for called, each in commands(group) if not isinstance(each, click.Group)}
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_the_command_itself_can_read_its_example(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    context, words = click.Context(group, info_name="cyclopean"), _words(line)
+    command: click.Command = group
+    while isinstance(command, click.Group):
+        name, below, words = command.resolve_command(context, words)
+        assert below is not None
+        command = below
+        if not isinstance(command, click.Group):
+            command.make_context(name, list(words), parent=context)
+    named = [word for word in _words(line) if re.match(r"(experiments|configs)/", word)]
+    assert all(Path(word).exists() for word in named)
+
+
+@pytest.mark.parametrize("line", QUICK)
+def test_quick_examples_run(line: str, tmp_path: Path, cyclopean: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    for folder in ("experiments", "configs"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    (tmp_path / "table.csv").write_text("winner,loser\na,b\nb,c\nc,a\na,c\n", encoding="utf-8")
+    assert cyclopean(*_words(line)).stdout
+
+
+def test_help_prints_what_the_option_prints(cyclopean: Any) -> None:
+    for words in (["check"], ["display", "fit"], ["display"]):
+        assert cyclopean("help", *words).stdout == cyclopean(*words, "--help").stdout
+    assert cyclopean("help").stdout == cyclopean("--help").stdout
+    assert "Examples:\n    cyclopean check experiments/dynamic_range.yaml\n" in cyclopean("help", "check").stdout
+    assert "Did you mean 'check'?" in cyclopean("help", "chek", expect=2).stderr
+    assert "has no commands of its own" in cyclopean("help", "check", "it", expect=2).stderr
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [("cyclopean display ver", ["verify"]), *nightly(("cyclopean di", ["display"]), ("cyclopean schema ri", ["rig"]))],
+)
+def test_a_shell_completes_commands_and_values(typed: str, completed: list[str]) -> None:
+    code = "from runner.cli.main import main; main()"
+    environment = {
+        **os.environ,
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(len(typed.split()) - 1),
+        "_CYCLOPEAN_COMPLETE": "bash_complete",
+    }
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    assert [line.split(",")[1] for line in done.stdout.splitlines()] == completed
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_each_shell_gets_its_lines(shell: str, cyclopean: Any) -> None:
+    assert f"_CYCLOPEAN_COMPLETE={shell}_complete" in cyclopean("completion", shell).stdout
+
+
+# Every option of every command says what it is for.
+
+
+def test_every_option_has_help() -> None:
+    options = [
+        (called, one)
+        for called, each in commands(group, "cyclopean")
+        for one in each.params
+        if isinstance(one, click.Option)
+    ]
+    assert ("cyclopean run", "results") in [(called, one.name) for called, one in options]
+    assert [f"{called} {one.opts[0]}" for called, one in options if not one.help] == []
+
+
+def _numbers() -> Iterator[tuple[str, click.Option, click.ParamType[Any]]]:
+    """Yield each number that an option takes, those of several at once too."""
+    for called, each in commands(group, "cyclopean"):
+        for one in each.params:
+            if isinstance(one, click.Option):
+                for kind in one.type.types if isinstance(one.type, click.Tuple) else (one.type,):
+                    if isinstance(kind, click.types.IntParamType | click.types.FloatParamType):
+                        yield called, one, kind
+
+
+def test_every_number_of_an_option_has_a_range() -> None:
+    numbers = list(_numbers())
+    assert len(numbers) > 50
+    assert [f"{called} {one.opts[0]}" for called, one, kind in numbers if not _has_range(kind)] == []
+
+
+def _has_range(kind: click.ParamType[Any]) -> bool:
+    limits = (kind.min, kind.max) if isinstance(kind, click.IntRange) else (None,)
+    return isinstance(kind, Within | Whole) or None not in limits
+
+
+@pytest.mark.parametrize("word", ["nan", "inf", "-inf", "1e999", "9" * 5000, "-" + "9" * 5000, "x"])
+def test_what_is_no_number_that_anybody_means_is_refused(word: str) -> None:
+    kinds = {id(kind): kind for _, _, kind in _numbers()}
+    for kind in kinds.values():
+        with pytest.raises(click.BadParameter):
+            kind.convert(word, None, None)
+
+
+def test_numbers_within_the_range_are_taken() -> None:
+    above, seed = Within(0, 1e12, min_open=True), Whole(0, 10**40)
+    assert (above.convert("1e-9", None, None), seed.convert(str(2**64), None, None)) == (1e-9, 2**64)
+    for kind, word in ((above, "0"), (seed, "-1")):
+        with pytest.raises(click.BadParameter):
+            kind.convert(word, None, None)
+
+
+def test_observers_and_limits_are_refused_in_words(cyclopean: Callable[..., Any]) -> None:
+    for words in (("--observers", "9" * 5000), ("--observers", "1-100000000"), ("--observers", "1e999")):
+        told = cyclopean("power", "experiments/dynamic_range.yaml", *words, expect=2)
+        assert told.stderr.splitlines()[-1].startswith(("Error: ", "error: "))

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,15 +15,16 @@ from numpy.typing import NDArray
 from devices.compensation import Correction, least_squares
 from devices.display import Crosstalk, DisplayModel, EyeModels, GainMap, TableCurve, ToneCurve
 from documents.arrays import Floats
-from runner.presenter import ColourPass, GraphicsError, arithmetic_choice
+from runner.presenter import MODES, ColourPass, GraphicsError, PresentationError, arithmetic_choice, find_mode
 from runner.presenter.arithmetic import Arithmetic, Real3x3, Reals, as_floats
 from runner.presenter.arithmetic_choice import TOLERANCE, VARIABLE, arithmetic_errors, arithmetic_of
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
-from runner.presenter.shaders import compile_program, set_uniform, shader_file
+from runner.presenter.shaders import _named, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.egl import EglSurface
 from tests.choice import nightly
+from tests.runner.presenter.every_mode import draw
 
 # Of an 8-bit code. Where all of a channel's light is what doubles round by, 1e-17 of full, gamma 2.9 makes 0.001 of it,
 # and doubles are what is off.
@@ -239,3 +244,83 @@ def test_infinite_light_is_full_drive(drawn_in: Callable[..., Floats], model: Ca
         assert found[1].min() == 255.0
         assert found[0, 0].max() == 255.0
         assert found[0, 1].max() == 0.0
+
+
+# A driver of OpenGL 3.3 without doubles and without `precise` shows the same codes, in every mode.
+
+
+SCRIPT = Path(__file__).with_name("every_mode.py")
+# What Mesa's drivers are to leave out.
+OPENGL_3_3 = {
+    "MESA_EXTENSION_OVERRIDE": "-GL_ARB_gpu_shader_fp64 -GL_ARB_gpu_shader5",
+    "MESA_GL_VERSION_OVERRIDE": "3.3",
+    "MESA_GLSL_VERSION_OVERRIDE": "330",
+}
+
+
+def _draw_elsewhere(file: Path, environment: dict[str, str], words: Sequence[str]) -> str:
+    done = subprocess.run(
+        [sys.executable, str(SCRIPT), str(file), *words],
+        env={**os.environ, **environment, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("words", [(), pytest.param(("everything",), marks=pytest.mark.stress)])
+def test_every_mode_needs_opengl_3_3_and_no_doubles(tmp_path: Path, words: Sequence[str]) -> None:
+    try:
+        EglSurface((16, 16)).close()
+    except PresentationError as error:
+        pytest.skip(str(error))
+    doubles, arithmetic = draw(bool(words))
+    if not arithmetic.startswith("doubles"):
+        pytest.skip(f"this driver computes in {arithmetic}")
+    drawn = {key.split()[0] for key in doubles}
+    assert drawn == {name for name in MODES if not find_mode(name).needs_stereo}
+    told = _draw_elsewhere(tmp_path / "codes.npz", OPENGL_3_3, words)
+    if not told.startswith("two-floats"):
+        pytest.skip(f"this driver is not Mesa's: OpenGL could not be taken from it; it computed in {told}")
+    assert told == "two-floats-guarded: the driver has no 64-bit floats"
+    with np.load(tmp_path / "codes.npz") as found:
+        assert set(found) == set(doubles)
+        for name, codes in doubles.items():
+            off = np.abs(found[name].astype(int) - codes)
+            assert codes.max() > 200, name
+            # Where the light lies between two codes but for a thousandth, either is right.
+            assert off.max() <= 1, name
+            assert np.mean(off > 0) < 2e-3, name
+
+
+# A shader that does not compile is named by file and line.
+
+
+GOOD = ("good.glsl", "float two() {\n    return 2.0;\n}")
+BAD = ("bad.frag", "out vec4 pixel;\n\nvoid main() {\n    pixel = vec4(nonsense);\n}")
+
+
+def test_the_file_and_line_of_a_fault_are_named(egl: EglSurface) -> None:
+    with pytest.raises(GraphicsError, match=r"(?s)refuses a shader:.*bad\.frag:4.*nonsense"):
+        compile_program(egl.context, shader_file("area.vert"), [GOOD, BAD])
+
+
+def test_a_fault_in_the_vertex_file_is_named_too(egl: EglSurface) -> None:
+    bad = ("bad.vert", "void main() {\n    gl_Position = vec3(0.0);\n}")
+    with pytest.raises(GraphicsError, match=r"bad\.vert:2"):
+        compile_program(egl.context, bad, [("plain.frag", "out vec4 pixel;\nvoid main() { pixel = vec4(1.0); }")])
+
+
+@pytest.mark.parametrize(
+    ("log", "named"),
+    [
+        ("0:100004(17): error: `nonsense' undeclared", "bad.frag:4: error"),
+        ("0(100004) : error C1503: undefined variable", "bad.frag:4 : error"),
+        ("ERROR: 0:100004: 'nonsense' : undeclared", "ERROR: bad.frag:4: 'nonsense'"),
+    ],
+)
+def test_the_logs_of_every_driver_are_understood(log: str, named: str) -> None:
+    assert named in _named(log, ["good.glsl", "bad.frag"])

@@ -90,7 +90,7 @@ def test_crosstalk_and_uneven_panels(
 def test_crosstalk_between_channels_that_act_on_each_other(
     surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int
 ) -> None:
-    """In the arithmetic of graphics cards; in doubles: test_residual_pass.py, with what is left over too."""
+    """In the arithmetic of graphics cards; in doubles: test_colour_pass.py, with what is left over too."""
     words = ("two-floats",)
     _check(worst_of_an_eye(surface, models, correction, eye, 10, seed, words), words)
 

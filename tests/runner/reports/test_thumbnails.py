@@ -12,8 +12,10 @@ from PIL import Image
 from analysis.records import Header
 from devices.colour import srgb
 from devices.display import DisplayModel
+from runner.errors import SessionError
 from runner.protocol import Experiment, read_experiment
-from runner.reports import find_shown
+from runner.reports import find_shown, results
+from runner.reports.results import print_pdf
 from runner.reports.thumbnails import png, small, thumbnails
 from runner.session import hashes
 from runner.session.header import make_header
@@ -123,3 +125,22 @@ def test_a_damaged_cache_shows_nothing(shown: tuple[Experiment, StimulusSet]) ->
     header = header_of(experiment, stimuli)
     stimuli.manifest_path.write_text("{")
     assert find_shown(header, experiment.file) is None
+
+
+# Printing a page to PDF.
+
+
+def test_without_a_browser_the_remedy_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(results, "BROWSERS", ())
+    monkeypatch.setattr(results, "OUTSIDE_PATH", ())
+    with pytest.raises(SessionError, match="install Chromium or Chrome"):
+        print_pdf(tmp_path / "page.html", tmp_path / "page.pdf")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_browser_that_fails_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for command in ("true", "false"):
+        monkeypatch.setattr(results, "BROWSERS", (command,))
+        with pytest.raises(SessionError, match="did not print"):
+            print_pdf(tmp_path / "page.html", tmp_path / "page.pdf")
+    assert not list(tmp_path.iterdir())

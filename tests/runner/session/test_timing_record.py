@@ -207,3 +207,21 @@ def test_swaps_are_timed_as_long_as_asked_and_at_least_two_of_them() -> None:
     summary = swap_intervals(lambda: time.sleep(0.002), asked_s, told.append)
     assert summary.frames == len(told) > 2
     assert told[-2] < asked_s <= told[-1]
+
+
+# A session's record holds how the monitor was set when it was measured and when it was used.
+
+
+def test_the_header_has_both_and_the_remarks_say_what_differs(study: Study) -> None:
+    study.edit("display.yaml", "    source:", "    monitor_settings: {brightness_percent: 35}\n    source:")
+    with (study.folder / "rig.yaml").open("a") as rig:
+        rig.write("monitor_settings: {brightness_percent: 40, local_dimming: true}\n")
+    study.run()
+    header = read_session(study.log_file()).header
+    assert header.display.monitor_settings == {
+        "measured": {"brightness_percent": 35.0},
+        "used": {"brightness_percent": 40.0, "local_dimming": True},
+    }
+    dimming, differs = header.remarks
+    assert dimming.startswith("local dimming is on")
+    assert differs.endswith("brightness_percent 35, not 40")
