@@ -139,6 +139,7 @@ def test_what_was_recorded_is_no_blank_and_what_was_not_is_one(tmp_path: Path, r
     assert "near acuity" in told.answer("vision")
 
 
+@pytest.mark.nightly
 def test_what_so_many_observers_could_show_is_computed_of_pairs(tmp_path: Path, report: Callable[..., Told]) -> None:
     pairs, ratings = report(record(tmp_path / "results", "all_pairs", 2)), report(record(tmp_path / "more", "rating"))
     assert "of studies" in pairs.answer("sensitivity")
@@ -245,6 +246,7 @@ def test_numbers_of_draws_tests_and_p_values_are_those_that_were_made(
     assert re.search(r"JND \(95 %: .*\. It is \d+ %", said["effect_sizes"])
 
 
+@pytest.mark.nightly
 def test_without_draws_none_are_told(tmp_path: Path, report: Callable[..., Told]) -> None:
     told = report(record(tmp_path / "results", "rating"))
     assert not re.search(r"\d", told.answer("draws"))

@@ -62,6 +62,7 @@ def test_all_pairs_by_click(person: Person) -> None:
     assert all(0.0 < trial.response_time_s < 30.0 for trial in pairs)
 
 
+@pytest.mark.nightly
 def test_a_questionnaire_by_mouse_wheel_and_typing(person: Person) -> None:
     text = person.study.experiment.read_text()
     person.study.experiment.write_text(text[: text.index("  - {kind: instructions")] + QUESTIONS)

@@ -245,7 +245,3 @@ def test_a_code_that_a_person_has_too_is_told_apart_and_kept(tmp_path: Path) -> 
     assert (person.header.observer, simulated.header.observer) == (code, f"{code} (simulated)")
     assert simulated.recorded_as == code
     assert pool(logs).sessions == (logs[0],)
-
-
-def test_a_resumption_says_no_clock_but_one_that_was_set() -> None:
-    assert PLAIN.to_json().get("clock_behind_s", 0.0) == PLAIN.clock_behind_s == 0.0

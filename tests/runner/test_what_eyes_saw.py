@@ -144,6 +144,7 @@ def test_the_log_says_what_filters_were_taken_and_what_they_leave_of_white(tried
     assert (stimulus.size_px, stimulus.resampled) == ((48, 36), None)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_an_anaglyph_of_greys_is_named_and_not_warned_of(tried: Any) -> None:
     study = tried(GREY_CUP, "anaglyph-red-cyan")

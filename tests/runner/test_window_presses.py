@@ -43,6 +43,7 @@ def press_twice(person: Person, first: str, second: str, gap_s: float) -> None:
     assert person.answers() == before + 1
 
 
+@pytest.mark.nightly
 @pytest.mark.promise("press")
 def test_the_second_press_of_a_double_press_answers_nothing(person: Person) -> None:
     person.before = SLOW_DISK

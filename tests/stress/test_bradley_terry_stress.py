@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +21,7 @@ from analysis.scaling.separation import strong_groups
 from documents.arrays import Floats
 from tests.stress.answered import answered
 from tests.stress.how_many import how_many
-from tests.stress.memory import command_alone, peak_kb
+from tests.stress.memory import peak_kb
 
 pytestmark = pytest.mark.stress
 
@@ -75,21 +73,6 @@ def test_two_groups_held_by_one_weak_link(strong: float, weak: float) -> None:
     # The gap's error comes from the one pair between the groups, but for what the groups add.
     gap = np.sqrt(fitted.covariance[1, 1] + fitted.covariance[4, 4] - 2 * fitted.covariance[1, 4])
     assert gap == pytest.approx(1 / np.sqrt(weak * p[1, 4] * p[4, 1]), rel=1e-6)
-
-
-def test_counts_of_every_size_at_once() -> None:
-    """Counts are drawn from 1e-3 to 1e9; at the maximum what each item won is what the model expects."""
-    for seed in range(200):
-        random = np.random.default_rng(seed)
-        n = int(random.integers(2, 12))
-        wins = 10 ** random.uniform(-3, 9, (n, n))
-        np.fill_diagonal(wins, 0)
-        fitted = fit(wins)
-        assert fitted.converged, seed
-        expected = (wins + wins.T) * probabilities(fitted.theta)
-        np.fill_diagonal(expected, 0)
-        won = wins.sum(axis=1)
-        assert np.abs(expected.sum(axis=1) - won).max() <= 1e-13 * wins.sum(), seed
 
 
 @pytest.mark.parametrize("count", [1e-3, 1.0, 30.0, 1e6])
@@ -317,40 +300,7 @@ def test_no_table_is_answered_worse_than_by_scipy(n: int, answers: int) -> None:
     assert checked or answers < 3
 
 
-# Scores within groups: four million answers within their time and memory, and the test of agreement at its level.
-
-OBSERVERS, GROUPS, ITEMS, EACH = 1000, 20, 200, 200
-
-
-@pytest.mark.parametrize("shared", [True, False][: how_many(1, 2)])
-def test_four_million_answers_in_twenty_groups(tmp_path: Path, *, shared: bool) -> None:
-    """1000 observers of 20 groups of 200 items, with the same items in all groups or others in each."""
-    random = np.random.default_rng(1)
-    theta = np.linspace(-2, 2, ITEMS)
-    table = tmp_path / "table.csv"
-    with table.open("w", encoding="utf-8") as stream:
-        stream.write("winner,loser,scene,observer\n")
-        for group in range(GROUPS):
-            one = random.integers(ITEMS, size=EACH * OBSERVERS)
-            other = (one + random.integers(1, ITEMS, size=len(one))) % ITEMS
-            wins = random.random(len(one)) < 1 / (1 + np.exp(theta[other] - theta[one]))
-            person = np.repeat(np.arange(OBSERVERS), EACH)
-            lines = zip(np.where(wins, one, other).tolist(), np.where(wins, other, one).tolist(), person, strict=True)
-            name = "" if shared else f"{group}-"
-            stream.write("".join(f"{name}{i},{name}{j},scene {group},{who}\n" for i, j, who in lines))
-    said, seconds, megabytes = command_alone("scores", table, "--json")
-    assert megabytes <= 2000
-    assert seconds <= 60
-    values = json.loads(said)
-    assert len(values["groups"]) == GROUPS
-    for group in [*values["groups"], *([values["pooled"]] if shared else [])]:
-        items = {int(item["name"].split("-")[-1]): item for item in group["items"]}
-        off = [(items[number]["theta"] - theta[number]) / items[number]["se"] for number in range(ITEMS)]
-        assert 0.8 < float(np.std(off)) < 1.2
-    if shared:
-        assert values["agreement"]["p"] > 0.001
-    else:
-        assert values["pooled"] is None
+# Scores within groups: the test of agreement at its level.
 
 
 def study(random: np.random.Generator, observers: int, within_sd: float, share: float, groups: int) -> Comparisons:

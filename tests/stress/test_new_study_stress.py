@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable
 from itertools import cycle, product
 from pathlib import Path
 
-import numpy as np
 import pytest
-from click.testing import CliRunner
-from PIL import Image
 
 from devices.display import PanelSpec
 from documents import InputError
 from runner.check import CheckOptions, check_file
-from runner.cli.main import group
 from runner.presenter import MODES, find_mode
 from runner.session import simulate
 from runner.studies import Kind, StudyOptions, new_study
 from runner.studies.contents import KINDS
-from tests.runner.studies.drawn_pictures import draw, draw_flat, draw_pairs
+from tests.runner.studies.drawn_pictures import draw_flat, draw_pairs
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress
@@ -31,114 +25,6 @@ PANEL = PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.5)
 def cache_of_its_own(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
     """Build stimuli into a folder that no other test and no user has."""
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path_factory.mktemp("cache")))
-
-
-def _left_alone(folder: Path) -> str:
-    draw_pairs(folder, ("a", "b"))
-    (folder / "b_R.jpg").unlink()
-    return "without the right eye's"
-
-
-def _sizes_differ(folder: Path) -> str:
-    draw_pairs(folder, ("a",))
-    draw(folder / "a_R.jpg", (61, 40))
-    return "60 × 40 pixels and the right eye's 61 × 40"
-
-
-def _cmyk(folder: Path) -> str:
-    draw(folder / "a.png")
-    Image.new("CMYK", (60, 40)).save(folder / "b.jpg")
-    return "CMYK"
-
-
-def _one_bit(folder: Path) -> str:
-    draw(folder / "a.png")
-    Image.new("1", (60, 40)).save(folder / "b.png")
-    return "1 bit"
-
-
-def _palette(folder: Path) -> str:
-    draw(folder / "a.png")
-    Image.open(folder / "a.png").quantize(16).save(folder / "b.png")
-    return "palette"
-
-
-def _animated(folder: Path) -> str:
-    draw(folder / "a.png")
-    frames = [Image.new("RGB", (60, 40), (shade, 0, 0)) for shade in (10, 200)]
-    frames[0].save(folder / "b.webp", save_all=True, append_images=frames[1:], lossless=True)
-    return "animated"
-
-
-def _broken_profile(folder: Path) -> str:
-    draw(folder / "a.png")
-    Image.new("RGB", (60, 40)).save(folder / "b.png", icc_profile=b"no profile at all")
-    return "profile"
-
-
-def _panorama(folder: Path) -> str:
-    draw(folder / "a.png")
-    Image.new("RGB", (30_000, 8)).save(folder / "b.png")
-    return "too large"
-
-
-def _empty(folder: Path) -> str:
-    folder.mkdir()
-    return "no pictures"
-
-
-def _case_alone(folder: Path) -> str:
-    draw_flat(folder, ("Plate", "plate"))
-    return "upper and lower case"
-
-
-def _torn(folder: Path) -> str:
-    draw(folder / "a.png")
-    data = io.BytesIO()
-    Image.fromarray(np.zeros((40, 60, 3), np.uint8)).save(data, "PNG")
-    (folder / "b.png").write_bytes(data.getvalue()[:20])
-    return "damaged"
-
-
-def _text(folder: Path) -> str:
-    draw(folder / "a.png")
-    (folder / "b.jpg").write_text("no picture")
-    return "no picture"
-
-
-WRONG: dict[str, Callable[[Path], str]] = {
-    make.__name__.strip("_"): make
-    for make in (
-        _left_alone,
-        _sizes_differ,
-        _cmyk,
-        _one_bit,
-        _palette,
-        _animated,
-        _broken_profile,
-        _panorama,
-        _empty,
-        _case_alone,
-        _torn,
-        _text,
-    )
-}
-
-
-@pytest.mark.parametrize("make", WRONG.values(), ids=WRONG)
-def test_wrong_pictures_are_one_message_and_nothing_is_written(tmp_path: Path, make: Callable[[Path], str]) -> None:
-    expected = make(tmp_path / "photos")
-    # The command's own ending turns what was raised into lines, exit status 2.
-    called = CliRunner().invoke(
-        group, ["new", str(tmp_path / "my_study"), str(tmp_path / "photos"), "--panel", "640x480,0.5"]
-    )
-    assert isinstance(called.exception, InputError), called.output
-    assert len(called.exception.findings) == 1
-    finding = called.exception.findings[0]
-    assert expected in str(finding)
-    assert finding.file is not None
-    assert finding.remedy
-    assert [file.name for file in tmp_path.iterdir()] == ["photos"]
 
 
 # Every mode with some kind, and every kind with some modes; WHOLE=1: each with each.

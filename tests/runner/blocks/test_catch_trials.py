@@ -83,14 +83,6 @@ def test_a_pair_of_the_block_itself_is_put_between_others(count: int, seed: str)
     assert not any(set(one.stimuli) & set(other.stimuli) for one, other in pairwise(mixed))
 
 
-def test_same_seed_same_places() -> None:
-    others = _others(6, 1, "s", "o")
-    catch = CatchTrials(pairs=OBVIOUS, identical=1)
-    one, again, other = (mix_in(others, catch, 3, PLAIN[:6], "s", order) for order in ("o", "o", "p"))
-    assert one == again
-    assert one != other
-
-
 STIMULI = Stimuli({name: {} for name in ("a", "b", "c", "d", "e", "f")})
 
 
@@ -127,8 +119,3 @@ def test_how_many(written: dict[str, object], count: int) -> None:
     spec = CatchTrials.model_validate({**written, "pairs": [["a", "b"]]})
     assert spec.count(15) == count
     assert not list(spec.faults(STIMULI, 15))
-
-
-def test_every_and_share_are_not_given_together() -> None:
-    with pytest.raises(ValueError, match="not both"):
-        CatchTrials.model_validate({"every": 5, "share": 0.1, "pairs": [["a", "b"]]})

@@ -143,14 +143,6 @@ def test_faults_of_every_file_are_told_although_the_experiment_is_wrong(study: S
     assert any("did you mean 'gamma'?" in str(error) for error in _check(study).errors)
 
 
-def test_missing_pictures_are_all_told_with_their_places(study: Study) -> None:
-    for name in ("one", "three"):
-        study.edit("recipe.yaml", f"file: {name}.exr", f"file: {name}s.exr")
-    told = [(error.message, error.line, error.column) for error in _check(study).errors]
-    why = "cannot be read: there is no such file"
-    assert told == [(f"the picture 'ones.exr' {why}", 4, 23), (f"the picture 'threes.exr' {why}", 6, 25)]
-
-
 def test_a_results_folder_that_is_a_file_is_an_error(study: Study) -> None:
     study.results.write_text("")
     (error,) = _check(study).errors
@@ -201,14 +193,6 @@ def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch
     told = "\n".join(map(str, checked.errors))
     assert "'quad-buffered' cannot be shown" in told
     assert checked.facts["screen"]["mode_possible"] is False
-
-
-def test_an_unknown_file_and_a_missing_one_are_findings(tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text("a: 1\n")
-    (tmp_path / "list.yaml").write_text("- 1\n")
-    for name, what in (("a", "not a kind of file"), ("list", "not a kind of file"), ("none", "there is no such file")):
-        (error,) = check_file(tmp_path / f"{name}.yaml").errors
-        assert what in error.message
 
 
 def test_a_camera_file_is_told_with_its_exposure_and_zone(tmp_path: Path) -> None:

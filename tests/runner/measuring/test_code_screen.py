@@ -76,13 +76,6 @@ def test_areas_of_the_two_eyes_tile_what_the_mode_uses(mode: str, swapped: bool)
             assert (codes == 0).all(axis=-1).sum() == unused
 
 
-def test_eyes_swapped_are_swapped() -> None:
-    mode = find_mode("side-by-side", ModeOptions(swap_eyes=True))
-    with _open("side-by-side") as surface, CodeScreen(surface, mode) as screen:
-        screen.show(EyeCodes.of((1.0, 1.0, 1.0), "left"))
-        assert np.all(screen.capture()["screen"][:, 40:] == 255)
-
-
 def test_a_sync_line_stays_and_is_no_part_of_the_patch() -> None:
     mode = find_mode("frame-sequential", ModeOptions(sync_line=True))
     with _open("frame-sequential") as surface, CodeScreen(surface, mode) as screen:

@@ -23,9 +23,8 @@ from devices.readings import (
     step_facts,
     steps,
 )
-from documents import InputError
 from runner.cli.main import group
-from runner.measuring.code_screen import CodeScreen, EyeCodes
+from runner.measuring.code_screen import CodeScreen
 from runner.measuring.keys import Keys
 from runner.measuring.take_readings import take_readings
 from runner.ports import KeyPress
@@ -130,15 +129,6 @@ def test_what_a_patch_names_before_it_stands_first(tmp_path: Path) -> None:
             outcome = take_readings(screen, instrument, log, order, "both", 0.0, lambda: 1.0)
     assert outcome.taken == 1
     assert looks == [1.0, 0.0]
-
-
-def test_eyes_that_share_pixels_cannot_see_different_ones() -> None:
-    with (
-        _open("flat") as surface,
-        CodeScreen(surface, find_mode("flat")) as screen,
-        pytest.raises(InputError, match="the same pixels"),
-    ):
-        screen.show(EyeCodes(WHITE, WHITE, (0.0, 0.0, 1.0, 1.0), (WHITE, BLACK)))
 
 
 @pytest.mark.parametrize("mode", ["side-by-side-half", *nightly("flat", "checkerboard", "frame-sequential")])

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.scaling import fit
 from runner import Scene
 from runner.errors import SessionError
 from runner.observers import BradleyTerryObserver
@@ -37,24 +36,6 @@ def _compare(first: str, second: str, keys: dict[str, str] = PAIR) -> Ask:
 def _within(count: int, of: int, probability: float) -> bool:
     """Four standard errors: a right law fails once in sixteen thousand seeds, and the seed is fixed."""
     return abs(count - of * probability) <= 4 * math.sqrt(of * probability * (1 - probability))
-
-
-def test_the_analysis_gives_the_scores_back() -> None:
-    """1000 answers a pair; a law with √s in place of s, or sides mixed up, is many standard errors off."""
-    observer, names = _observer(), list(SCORES)
-    wins = np.zeros((4, 4))
-    for i, first in enumerate(names):
-        for j, second in enumerate(names):
-            if i != j:
-                chosen = _answers(observer, _compare(first, second), 500).count("first")
-                wins[i, j] += chosen
-                wins[j, i] += 500 - chosen
-    fitted = fit(wins)
-    truth = np.log(list(SCORES.values()))
-    truth -= truth.mean()
-    errors = (fitted.theta - truth) / np.sqrt(np.diag(fitted.covariance))
-    assert np.abs(errors).max() < 4
-    assert np.abs(fitted.theta - truth / 2).max() > 10 * np.sqrt(np.diag(fitted.covariance)).max()
 
 
 def test_position_bias_comes_back_as_an_order_effect() -> None:

@@ -308,12 +308,6 @@ def test_the_file_and_line_of_a_fault_are_named(egl: EglSurface) -> None:
         compile_program(egl.context, shader_file("area.vert"), [GOOD, BAD])
 
 
-def test_a_fault_in_the_vertex_file_is_named_too(egl: EglSurface) -> None:
-    bad = ("bad.vert", "void main() {\n    gl_Position = vec3(0.0);\n}")
-    with pytest.raises(GraphicsError, match=r"bad\.vert:2"):
-        compile_program(egl.context, bad, [("plain.frag", "out vec4 pixel;\nvoid main() { pixel = vec4(1.0); }")])
-
-
 @pytest.mark.parametrize(
     ("log", "named"),
     [

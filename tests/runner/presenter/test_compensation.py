@@ -94,14 +94,6 @@ def test_each_eye_sees_what_was_asked_of_leaking_glasses(inside: Study) -> None:
     assert max(cancelled) < 1.1 * max(plain)
 
 
-def test_without_cancelling_the_leak_would_be_seen(inside: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    from devices.compensation import Correction
-
-    _leaky(inside)
-    monkeypatch.setattr(Correction, "is_none", True)
-    assert min(_mean_delta_e(inside)) > 1.0
-
-
 def _report(study: Study) -> dict[str, Any]:
     log = _run(study)
     assert log.header.display.crosstalk_cancelled is True

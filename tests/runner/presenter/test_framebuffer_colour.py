@@ -14,8 +14,7 @@ from PIL import Image
 from devices.display import EyeModels
 from runner import Picture, Scene
 from runner.presenter import Codes, PresentationError, Presenter, Surface, find_mode
-from runner.presenter.modes.registry import available
-from runner.presenter.screenshot import sixteen_bits, write_screenshot
+from runner.presenter.screenshot import write_screenshot
 from stimuli.pictures import StereoImage
 from tests.runner.presenter.conftest import BACKENDS, AskedRamps, on_surfaces
 
@@ -60,13 +59,6 @@ def test_every_pixel_is_the_rounded_reference_for_both_eyes(
         presenter.show(scene)
         assert_rounded(presenter.capture()["screen"], np.concatenate([asked.left, asked.right_on_left], axis=1) * 255.0)
         assert presenter.counters.colour_passes == 1
-
-
-def test_the_modes_of_a_surface_follow_from_its_buffers(surface: Surface) -> None:
-    reasons = available(surface)
-    assert reasons["flat"] is None
-    assert reasons["side-by-side"] is None
-    assert (reasons["quad-buffered"] is None) == surface.stereo
 
 
 def test_the_facts_say_how_it_was_shown(surface: Surface) -> None:
@@ -123,10 +115,6 @@ def test_eight_bits_are_the_codes(tmp_path: Path) -> None:
     with Image.open(tmp_path / "shown.png") as image:
         assert image.mode == "RGB"
         np.testing.assert_array_equal(np.asarray(image), codes)
-
-
-def test_the_ends_of_the_scale() -> None:
-    assert sixteen_bits(np.array([0, 1, 1023], np.uint16)).tolist() == [0, 64, 65535]
 
 
 def test_a_place_that_cannot_be_written_to_is_refused(tmp_path: Path) -> None:

@@ -99,15 +99,6 @@ def test_the_other_models_have_the_one_table_and_nothing_else(egl: EglSurface) -
     assert any("plvc" in name for name in set(ColourPass(egl.context, model)._pass._program))
 
 
-def test_the_pass_is_what_newton_s_steps_make_of_it(egl: EglSurface) -> None:
-    model = plvc()
-    run = ColourPass(egl.context, model)
-    run._pass._program["plvc_steps"].value = (1, 1)  # type: ignore[union-attr]  # of the kind that was asked for
-    asked = picture(model)
-    off = np.abs(read(run.run(upload(egl, asked), "f4")) - model.code(asked.astype(np.float64))).max() * 255
-    assert off > 0.5
-
-
 MIXING = tuple(name for name in MODES if name.startswith("anaglyph"))
 
 

@@ -30,19 +30,6 @@ def assert_codes(codes: Codes, reference: NDArray[np.float64]) -> None:
     assert abs(error.mean()) < 0.01
 
 
-def test_each_eye_is_shown_through_its_own_model(
-    make_presenter: Make, random_XYZ: Callable[..., NDArray[np.float32]], model: Callable[..., DisplayModel]
-) -> None:
-    XYZ = random_XYZ(480, 320)
-    models = EyeModels(model(1.8), model(2.6))
-    presenter = make_presenter({"a": StereoImage.flat(XYZ)}, models=models)
-    presenter.show(Scene((Picture("a"),)))
-    assert_codes(presenter.eye_view("left"), expected(models.left, XYZ))
-    assert_codes(presenter.eye_view("right"), expected(models.right, XYZ))
-    assert presenter.counters.uploads == 1
-    assert presenter.counters.colour_passes == 2
-
-
 def test_later_items_cover_earlier_ones(make_presenter: Make, random_stereo: Stereo) -> None:
     presenter = make_presenter({"a": random_stereo(60, 60), "b": random_stereo(60, 60, 5)})
     presenter.show(Scene((Picture("b"),)))

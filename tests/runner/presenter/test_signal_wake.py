@@ -54,9 +54,3 @@ def test_ctrl_c_wakes_what_sleeps_in_the_library(signals: SignalWake, woken: thr
 
     with pytest.raises(KeyboardInterrupt):
         signals.heard(sleep)
-
-
-def test_arguments_are_passed_on(signals: SignalWake) -> None:
-    told: list[float] = []
-    signals.heard(told.append, 0.02)
-    assert told == [0.02]

@@ -25,7 +25,7 @@ from runner.presenter import (
     find_mode,
     open_surface,
 )
-from runner.presenter.depth import Bits, given_bits, highest_code
+from runner.presenter.depth import Bits, given_bits
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import GlCalls
@@ -242,11 +242,6 @@ def test_other_depths_are_refused_and_leave_nothing_open(backend: str) -> None:
 
 
 # The bits that codes have: what the driver is asked, and what follows from its answer.
-
-
-@pytest.mark.parametrize(("bits", "highest"), [(8, 255), (10, 1023)])
-def test_the_highest_code(bits: Bits, highest: int) -> None:
-    assert highest_code(bits) == highest
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def test_a_page_and_an_experiment_are_written_where_they_are_asked_for(tmp_path:
     assert [*report.told()][-1] == f"Page: {page}"
 
 
-@pytest.mark.parametrize("measures", [(), ("delta-e-2000",)])
+@pytest.mark.parametrize("measures", [("delta-e-2000",), pytest.param((), marks=pytest.mark.nightly)])
 def test_a_page_has_a_section_on_measures_where_they_are_asked_for(tmp_path: Path, measures: tuple[str, ...]) -> None:
     photo, page = written(tmp_path / "photo.exr", few()), tmp_path / "page.html"
     options = replace(NOTHING, rig=RIG, page=page, compare=replace(NOTHING.compare, measures=measures))

@@ -36,11 +36,6 @@ def test_a_machine_s_clock_that_is_set_back_leaves_the_record_s_alone() -> None:
     assert told == ["2026-03-01T12:00:00.000+00:00", "2026-03-01T12:00:01.250+00:00"]
 
 
-def test_it_begins_at_the_time_of_day() -> None:
-    told = datetime.fromisoformat(SteadyClock()())
-    assert abs(datetime.now(UTC) - told) < timedelta(seconds=5)
-
-
 class _Screen:
     """A screen of 100 Hz whose swaps return at the next frame's start, or at once; sleeping overshoots a little."""
 

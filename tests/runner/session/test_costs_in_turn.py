@@ -249,13 +249,6 @@ def test_a_file_that_is_no_text_or_no_file_is_as_good_as_none(tmp_path: Path) ->
     assert _only(tmp_path) == file
 
 
-def test_a_folder_that_cannot_be_written_is_not_in_the_way(tmp_path: Path) -> None:
-    (tmp_path / "costs").write_text("a file where the folder should be")
-    cache = CostCache(tmp_path / "costs")
-    assert not cache.keep(DEPENDS, COST)
-    assert cache.find(DEPENDS) is None
-
-
 @pytest.mark.parametrize("refused", ["os.replace", "Path.write_bytes"])
 def test_a_full_disk_is_not_in_the_way_and_nothing_is_left_of_the_attempt(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: str

@@ -114,6 +114,7 @@ def change_at(answered: int, load_table: Load, exponent: float) -> tuple[OnStatu
     return (OnStatus(on_trial),)
 
 
+@pytest.mark.nightly
 def test_a_change_stops_the_session_loses_nothing_and_is_resumed(
     study: Study, load_table: Load, at_every_trial: None
 ) -> None:

@@ -130,6 +130,7 @@ def test_without_a_monitor_the_panel_is_asked_for(nominal: Study, monkeypatch: p
     assert not nominal.results.exists()
 
 
+@pytest.mark.nightly
 def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) -> None:
     nominal.run()
     log = read_session(nominal.log_file())

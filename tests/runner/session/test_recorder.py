@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from analysis.kinds import Trial
-from analysis.records import FILE_NAME, new_header, read_session
+from analysis.records import FILE_NAME, new_header
 from runner.errors import SessionError
 from runner.session import Recorder
 from tests.answers import new_answer
@@ -29,14 +29,6 @@ def _session(folder: Path, trials: int) -> Path:
     return folder / FILE_NAME
 
 
-def test_what_is_written_is_what_is_read(tmp_path: Path) -> None:
-    file = _session(tmp_path / "s", 3)
-    log = read_session(file)
-    assert log.header == HEADER
-    assert log.trials == tuple(_trial(number) for number in range(3))
-    assert not log.complete
-
-
 def test_an_answer_is_synced_before_append_returns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced: list[int] = []
     log = tmp_path / "s" / FILE_NAME
@@ -51,16 +43,6 @@ def test_an_answer_is_synced_before_append_returns(tmp_path: Path, monkeypatch: 
         monkeypatch.setattr(os, "fsync", counted)
         recorder.append(_trial(0))
         assert synced == [log.stat().st_size]
-
-
-def test_what_was_torn_off_is_kept(tmp_path: Path) -> None:
-    file = _session(tmp_path / "s", 2)
-    with open(file, "ab") as stream:
-        stream.write(b'{"record":"tri')
-    recorder, _ = Recorder.reopen(file.parent)
-    recorder.close()
-    (kept,) = file.parent.glob("torn-*.bin")
-    assert kept.read_bytes() == b'{"record":"tri'
 
 
 def test_an_existing_session_is_never_overwritten(tmp_path: Path) -> None:

@@ -124,10 +124,6 @@ def test_the_command_prints_lines_or_json_once(tmp_path: Path, cyclopean: Any) -
         Watch(tmp_path / "none").look()
 
 
-def test_a_header_keeps_what_was_planned(tmp_path: Path) -> None:
-    assert read_session(write(tmp_path, HEADER, 1)).header.to_json()["planned"] == list(PLANNED)
-
-
 def test_a_session_states_what_it_plans_and_is_complete_in_the_end(study: Study) -> None:
     (folder,) = simulate(study.experiment, study.observers, 1, results=study.results).folders
     blocks = read_experiment(study.experiment).blocks("01")
