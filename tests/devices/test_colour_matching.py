@@ -164,21 +164,6 @@ def test_equal_energy_is_in_the_middle_and_luminance_peaks_at_1(field_deg: float
     assert functions.min() >= 0
 
 
-def test_older_lenses_and_smaller_fields_take_more_blue() -> None:
-    def blue(field_deg: float, age_years: float) -> float:
-        from devices.colour_matching.cone_fundamentals import quantal_fundamentals
-
-        at_450, at_550 = quantal_fundamentals(field_deg, age_years)[[60, 160], 1]
-        return float(at_450 / at_550)
-
-    by_age = [blue(10, age) for age in (20, 40, 60, 80)]
-    assert by_age == sorted(by_age, reverse=True)
-    by_field = [blue(field, 32) for field in (1, 2, 5, 10)]
-    assert by_field == sorted(by_field)
-    # The age's two expressions meet at 60.
-    assert blue(2, 60) == pytest.approx(blue(2, 60.0001), rel=1e-4)
-
-
 # Individual observers: the average is that of CIE 170, persons scatter as published, and the seed fixes them.
 @pytest.mark.parametrize("field_deg", [2.0, 10.0])
 def test_nobody_in_particular_at_32_is_the_observer_of_cie_170(field_deg: float) -> None:

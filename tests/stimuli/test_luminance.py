@@ -220,6 +220,7 @@ def test_full_light_that_half_floats_held_is_not_saturated() -> None:
     assert known(statistics.saturated).any_channel == 0
 
 
+@pytest.mark.nightly
 def test_pictures_of_many_blocks() -> None:
     xyz = sparkling(5, (700, 900))
     found = largest_factor(xyz, with_black(), 0.3)

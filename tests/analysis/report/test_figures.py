@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.records import SessionLog
@@ -183,6 +183,7 @@ def read(text: str) -> list[list[str]]:
     return list(csv.reader(io.StringIO(text, newline="")))
 
 
+@settings(max_examples=20)
 @given(st.text(st.characters(codec="utf-8", exclude_characters="\0")))
 def test_any_text_comes_back_and_none_begins_a_formula(text: str) -> None:
     table = Table("notes", "Notes", (Column("Note", "note"), Column("Left", "left")), ((text, "end"),))

@@ -133,17 +133,6 @@ def test_an_inverse_that_misses_is_told_in_codes() -> None:
     assert inversion_error_codes(wrong) == pytest.approx(0.25)
 
 
-@pytest.mark.nightly
-def test_the_same_seed_gives_the_same_and_the_order_of_rows_does_not_matter_to_the_fit() -> None:
-    one = chosen_on("thesis", "gog").to_json()
-    assert one == characterise(THESIS_READINGS, "gog").to_json()
-    order = np.random.default_rng(1).permutation(len(SOME))
-    other = characterise(Measurements(THESIS_READINGS.codes[order], THESIS_READINGS.XYZ[order]), "gog")
-    assert other.candidates[1].fitted.mean == pytest.approx(
-        one["candidates"][1]["fitted_delta_e_2000"]["mean"], abs=1e-5
-    )
-
-
 def _swap(columns: list[int]) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
     return lambda codes, XYZ: (codes[:, columns], XYZ)
 

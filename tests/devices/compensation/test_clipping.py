@@ -200,13 +200,8 @@ def test_each_eye_s_cost_knows_half_floats() -> None:
     assert eye_clip_costs(models, None, stored, stored, half=True)["left"]["percent_any"] == 0
 
 
-def _model() -> DisplayModel:
-    curve = ToneCurve(gamma=2.2)
-    return DisplayModel(np.zeros(3), np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]]), (curve, curve, curve))
-
-
 def test_marks_are_red_above_blue_below_and_grey_inside() -> None:
-    model = _model()
+    model = _plain()
     linear = np.array([[[0.5, 0.5, 0.5], [1.5, 0.5, 0.5]], [[-0.2, 0.5, 0.5], [1.5, -0.2, 0.5]]])
     codes = model.code(clip_marks(model, linear @ model.primaries_XYZ_cd_m2.T))
     assert np.allclose(codes[0, 1], [1, 0, 0], atol=1e-3)
@@ -217,7 +212,7 @@ def test_marks_are_red_above_blue_below_and_grey_inside() -> None:
 
 
 def test_as_many_marks_as_the_ledger_counts() -> None:
-    model = _model()
+    model = _plain()
     linear = np.random.default_rng(0).uniform(-0.1, 1.2, (40, 50, 3))
     xyz = linear @ model.primaries_XYZ_cd_m2.T
     codes = model.code(clip_marks(model, xyz))

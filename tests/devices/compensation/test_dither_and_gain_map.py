@@ -281,17 +281,6 @@ def test_the_fast_grid_is_the_plain_one(rows: int, columns: int, positions: Posi
     assert gain_map.gain(x[0], y[0]) == pytest.approx(expected, rel=1e-12)
 
 
-@settings(max_examples=8)
-@given(st.integers(1, 4), st.integers(1, 4), st.floats(1e-6, 1e6), st.sampled_from(NORMALISED))
-def test_a_map_of_equal_readings_changes_nothing(rows: int, columns: int, level: float, normalise: Normalise) -> None:
-    even = GainMap(np.full((rows, columns), level), PANEL, "cells", normalise)
-    gains = even.over(np.arange(0.5, 1920, 91), np.arange(0.5, 1080, 83))
-    assert gains == pytest.approx(1.0, abs=1e-12)
-    xyz = np.random.default_rng(0).uniform(0, 30, (*gains.shape, 3))
-    assert even.corrected(xyz, gains) == pytest.approx(xyz, rel=1e-12)
-    assert even.luminance_lost == pytest.approx(0.0, abs=1e-12)
-
-
 @pytest.mark.parametrize("normalise", NORMALISED)
 def test_an_even_picture_comes_out_of_the_uneven_panel(normalise: Normalise) -> None:
     """What the panel sends is gain · model(code): it must be even, at the stated share of what was asked."""

@@ -12,8 +12,6 @@ import pytest
 from devices.characterise import fit_display
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.diagnostics import estimate_drift
-from devices.diagnostics.drift import drift
-from devices.diagnostics.readings import tag
 from devices.diagnostics.settling import place_departures
 from devices.diagnostics.time_trend import trend_in_time
 from devices.diagnostics.warm_up import warm_up
@@ -185,12 +183,6 @@ def test_spectra_follow_their_readings() -> None:
     np.testing.assert_allclose(known(put_right.spectra)[:, 0], put_right.XYZ[:, 1])
 
 
-def test_the_report_says_how_much() -> None:
-    verdict = judged(drift(run(6, COURSES["a line"])[0]), False)
-    assert verdict.value == pytest.approx(13, abs=1)
-    assert "Light rose by 13 % over" in verdict.words
-
-
 @pytest.mark.nightly
 def test_a_fit_takes_it_off_unless_it_is_left_in() -> None:
     readings, truth = run(6, COURSES["a line"])
@@ -239,13 +231,6 @@ def readings(
     luminance = np.array(light)
     codes = np.full((len(names), 3), 120 / 255)
     return Measurements(codes, luminance[:, None] * [0.95, 1.0, 1.08], tuple(names), np.array(time))
-
-
-def test_the_tag_holds_the_place() -> None:
-    own = known(tag("gray120@warm-up-r2c1#3"))
-    assert (own.kind, own.parts) == ("warm-up", ("2", "1"))
-    whole = known(tag("gray120@warm-up"))
-    assert whole.parts == ("", "")
 
 
 def test_places_that_warm_up_alike_have_their_times_and_do_not_differ() -> None:

@@ -15,7 +15,7 @@ from devices.characterise import table_c1_codes, thesis_display
 from devices.colour_matching import colorimetric_observer
 from devices.compensation import fit_crosstalk
 from devices.diagnostics import MeasuredSet, PlotAxes, examine, locus_line
-from devices.diagnostics.chromaticity_diagrams import LOCUS, diagrams, triangle, uv_from_xy
+from devices.diagnostics.chromaticity_diagrams import LOCUS, uv_from_xy
 from devices.diagnostics.colours import chromaticities, outside, primary_colours
 from devices.diagnostics.eyewear import crosstalk, crosstalk_readings
 from devices.diagnostics.gamut_and_model import gamut, gamut_change, gamuts
@@ -104,6 +104,8 @@ def test_crosstalk_readings_are_those_that_were_meant() -> None:
         ("White@-20deg", "angle", ("", "-20")),
         ("white@v10.5deg#3", "angle", ("v", "10.5")),
         ("gray120@on-white", "surround", ("white",)),
+        ("gray120@warm-up-r2c1#3", "warm-up", ("2", "1")),
+        ("gray120@warm-up", "warm-up", ("", "")),
         ("black@other=Red", "other", ("red",)),
     ],
 )
@@ -209,20 +211,6 @@ def test_both_diagrams_show_the_same_colours() -> None:
     np.testing.assert_allclose(points(in_uv, "real colours")[-1], [0.6234, 0.5065], atol=1e-4)
 
 
-def test_the_thesis_s_white_and_triangle() -> None:
-    """Expression 3.12: white at (0.3117, 0.3151) if each primary counts 1."""
-    matrix = DIAGRAMS_MODEL.primaries_XYZ_cd_m2
-    lines = triangle("thesis", xy(matrix.T), xy(matrix.sum(axis=1)))
-    outline, white = lines
-    assert outline.style == "outline"
-    assert (white.x[0], white.y[0]) == pytest.approx((0.3117, 0.3151), abs=5e-5)
-    in_uv = diagrams(lines)[1]
-    # u′ = 4x / (−2x + 12y + 3), v′ = 9y / (−2x + 12y + 3)
-    below = -2 * 0.3117 + 12 * 0.3151 + 3
-    white_uv = in_uv.lines[-1]
-    assert (white_uv.x[0], white_uv.y[0]) == pytest.approx((4 * 0.3117 / below, 9 * 0.3151 / below), abs=5e-5)
-
-
 def test_every_chromaticity_figure_has_both() -> None:
     for diagnosis in (
         gamut(READ),
@@ -267,14 +255,3 @@ def test_one_gamut_alone_has_no_diagram_of_several() -> None:
 def test_the_locus_is_that_of_cie_1931() -> None:
     nm, x, y = (np.array(column, dtype=np.float64) for column in zip(*LOCUS, strict=True))
     assert np.abs(xy(colorimetric_observer("CIE 1931 2").functions_at(nm)) - np.column_stack([x, y])).max() <= 5.1e-5
-
-
-def test_each_figure_of_samples_has_it_and_a_display_lies_inside() -> None:
-    lines = chromaticities(characterisation()).series[0].lines
-    assert lines[0] == locus_line()
-    corners = np.column_stack([lines[1].x, lines[1].y])
-    assert len(corners) == 3
-    # Each primary lies inside some triangle of the horseshoe.
-    curve = np.column_stack([lines[0].x, lines[0].y])
-    fans = [curve[[0, start, start + 1]] for start in range(1, len(curve) - 1)]
-    assert np.min([outside(corners, fan) for fan in fans], axis=0).max() == 0

@@ -119,16 +119,6 @@ def test_black_adds_to_what_is_seen_and_is_never_corrected_for(tmp_path: Path) -
     assert np.abs(light.xyz(colours) - expected).max() < 1e-9
 
 
-def test_taking_a_guessed_black_off_would_change_the_codes_of_an_sRGB_picture(tmp_path: Path) -> None:
-    """As docs/decisions/0022 states: that is why a nominal display's black is not part of the model."""
-    nominal = Nominal.of("srgb", 100.0)
-    codes = np.repeat(np.arange(256)[:, np.newaxis], 3, axis=1)
-    picture = nominal.model().xyz(codes / 255.0)
-    taken_off = np.rint(255.0 * nominal.light_model().code(picture))
-    assert np.flatnonzero((taken_off != codes).any(axis=1)).tolist() == list(range(1, 75))
-    assert np.array_equal(np.rint(255.0 * nominal.model().code(picture)), codes)
-
-
 def test_the_panel_comes_from_the_monitor_and_says_so(tmp_path: Path) -> None:
     file = _rig(tmp_path, "{nominal: srgb, white_cd_m2: 100}")
     rig = read_rig(file, ask_monitor=lambda _: DP)
@@ -429,11 +419,6 @@ def test_disparity_is_small_angle_parallax_over_distance() -> None:
 def test_parallax_of_the_eyes_distance_is_infinity() -> None:
     whole = float(disparity_arcmin(65.0, 1.0, 700, 65.0))
     assert whole == pytest.approx(60 * 2 * math.degrees(math.atan(32.5 / 700)))
-
-
-@given(positive, positive)
-def test_angle_and_size_undo_each_other(size: float, distance: float) -> None:
-    assert float(size_mm(visual_angle_deg(size, distance), distance)) == pytest.approx(size, rel=1e-6)
 
 
 @given(st.floats(-1e6, 1e6), positive)

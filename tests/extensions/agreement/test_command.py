@@ -140,6 +140,7 @@ def test_the_measures_are_those_of_the_pictures_that_were_shown(study: Study, cy
     assert measured == pytest.approx(float(expected), rel=2e-3)  # the code is not rounded in the measure
 
 
+@pytest.mark.nightly
 def test_one_reference_picture_is_the_photograph(tmp_path: Path, cyclopean: Cyclopean) -> None:
     """It is shown beside each pair and not compared: there is no class to compare a limit with."""
     file = write_study(tmp_path, "{kind: all_pairs, stimuli: all, repeats: 3}", "church-0", SCENES[:1])
@@ -295,6 +296,7 @@ def test_a_measure_whose_package_is_missing(
     assert "needs the package no_such_package" in ended
 
 
+@pytest.mark.nightly
 def test_pictures_of_other_sizes(tmp_path: Path, cyclopean: Cyclopean) -> None:
     file = write_study(tmp_path, "{kind: all_pairs, stimuli: all}", scenes=SCENES[:1])
     small = picture(0, 2.0)

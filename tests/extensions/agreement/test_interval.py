@@ -30,7 +30,8 @@ def study(
     return scores, weights @ each - scores
 
 
-@pytest.mark.parametrize("kind", ["pearson", *nightly("spearman", "kendall")])
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_truth_of_a_perfect_measure_is_in_it_and_in_no_percentile_interval(kind: CorrelationKind) -> None:
     random = np.random.default_rng(5)
     truth = np.linspace(-1, 1, 8)
@@ -60,7 +61,7 @@ def contained(kind: CorrelationKind, observers: int) -> int:
 
 
 # Each kind with few and with many: tests/stress.
-@pytest.mark.parametrize(("kind", "observers"), [("pearson", 5), *nightly(("spearman", 20))])
+@pytest.mark.parametrize(("kind", "observers"), nightly(("pearson", 5), ("spearman", 20)))
 def test_the_truth_of_a_measure_that_agrees_in_part_is_in_it(kind: CorrelationKind, observers: int) -> None:
     assert contained(kind, observers) >= 52  # 57 expected; fewer in 1 of 100 such tests, with other seeds
 

@@ -32,7 +32,7 @@ from extensions.vision_tests.confusion_plates import GROUND_SHARE, confused, mis
 from extensions.vision_tests.optotypes import in_ring, ring_coverage
 from extensions.vision_tests.random_dots import spots, views
 from stimuli.errors import StimulusError
-from tests.extensions.vision_tests.conftest import model
+from tests.extensions.vision_tests.conftest import measured_px, model
 
 # Plates: dichromats see no ring, others see one as far off as was asked, and nothing leaves the gamut.
 
@@ -295,32 +295,11 @@ FIELD = DotField(240, 64.0, 72.0, (1.0, 1.0), 2400)
 GROUND, DOT = np.array([2.0, 2.1, 2.5]), np.array([19.0, 20.0, 24.0])
 
 
-def shifted(view: Floats, by_px: float) -> Floats:
-    """Move a view to the right, by its Fourier transform."""
-    frequency = np.fft.rfftfreq(view.shape[1])
-    turned = np.fft.rfft(view, axis=1) * np.exp(-2j * np.pi * frequency * by_px)
-    return np.fft.irfft(turned, view.shape[1], axis=1)
-
-
-def measured_px(left: Floats, right: Floats, middle: tuple[float, float], half: int, about_px: float) -> float:
-    """Measure how far right of the left eye's the right eye's patch of ``half`` about ``middle`` is, to 0.001 px."""
-    column, row = (round(place + left.shape[0] / 2) for place in middle)
-    left, right = left[row - half : row + half], right[row - half : row + half]
-    area = np.s_[:, column - half : column + half]
-    patch = left[area] - left[area].mean()
-
-    def unlike(parallax_px: float) -> float:
-        # Half of it each way, so that neither view is favoured.
-        first, second = shifted(left, parallax_px / 2)[area], shifted(right, -parallax_px / 2)[area]
-        return float(((first - second) ** 2).sum() / (patch**2).sum())
-
-    low, high = about_px - 1.5, about_px + 1.5
-    for _ in range(4):
-        tries = np.linspace(low, high, 13)
-        best = tries[int(np.argmin([unlike(one) for one in tries]))]
-        step = tries[1] - tries[0]
-        low, high = best - step, best + step
-    return float(best)
+def seen_px(left: Floats, right: Floats, side: Side, about_px: float) -> float:
+    """Measure the parallax of a square about its middle, clear of its edges in both views."""
+    column, row = (round(place + len(left) / 2) for place in FIELD.middle_px(side))
+    rows, patch = slice(row - 20, row + 20), slice(column - 20, column + 20)
+    return measured_px(left[rows], right[rows], patch, about_px)
 
 
 @pytest.mark.parametrize(
@@ -330,8 +309,7 @@ def measured_px(left: Floats, right: Floats, middle: tuple[float, float], half: 
 def test_the_parallax_is_what_was_asked_to_a_fiftieth_of_a_pixel(side: Side, parallax_px: float) -> None:
     left, right = views(FIELD, side, parallax_px, f"{side}{parallax_px}")
     for place in SIDES:
-        # The middle of the square, clear of its edges in both views.
-        found = measured_px(left, right, FIELD.middle_px(place), 20, 0.0 if place != side else parallax_px)
+        found = seen_px(left, right, place, 0.0 if place != side else parallax_px)
         assert found == pytest.approx(parallax_px if place == side else 0.0, abs=0.02), place
 
 
@@ -339,9 +317,8 @@ def test_each_eye_has_half_of_it() -> None:
     still, same = views(FIELD, "left", 0.0, "s")
     assert np.array_equal(still, same)
     left, right = views(FIELD, "left", 3.0, "s")
-    middle = FIELD.middle_px("left")
-    assert measured_px(still, left, middle, 20, -1.5) == pytest.approx(-1.5, abs=0.02)
-    assert measured_px(still, right, middle, 20, 1.5) == pytest.approx(1.5, abs=0.02)
+    assert seen_px(still, left, "left", -1.5) == pytest.approx(-1.5, abs=0.02)
+    assert seen_px(still, right, "left", 1.5) == pytest.approx(1.5, abs=0.02)
 
 
 def test_spots_are_those_of_the_formula() -> None:

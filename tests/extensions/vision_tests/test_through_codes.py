@@ -16,35 +16,9 @@ from extensions.vision_tests.acuity import FINEST_PX, StereoAcuitySpec, finest_a
 from runner import Picture, Scene
 from runner.presenter import PresentationError, Presenter, find_mode, open_surface
 from stimuli.pictures import StereoImage
-from tests.extensions.vision_tests.conftest import model
+from tests.extensions.vision_tests.conftest import measured_px, model
 
 MODEL = model()
-
-
-def shifted(rows: Floats, by_px: float) -> Floats:
-    """Move rows to the right, by their Fourier transforms."""
-    turned = np.fft.rfft(rows, axis=1) * np.exp(-2j * np.pi * np.fft.rfftfreq(rows.shape[1]) * by_px)
-    return np.fft.irfft(turned, rows.shape[1], axis=1)
-
-
-def measured_px(left: Floats, right: Floats, patch: slice, about_px: float) -> float:
-    """Return how far right of the left eye's the right eye's columns ``patch`` are, by the phases of their transforms.
-
-    Both are moved by half of the last estimate before each of a few steps, so that the window about the patch favours
-    no answer in the end. Frequencies below a quarter of the samples' are weighed by their energy.
-    """
-    window = np.hanning(patch.stop - patch.start)
-    frequency = np.fft.rfftfreq(len(window))
-    use = (frequency > 0.02) & (frequency < 0.25)
-    found_px = about_px
-    for _ in range(5):
-        views = shifted(left, found_px / 2)[:, patch], shifted(right, -found_px / 2)[:, patch]
-        first, second = (np.fft.rfft((view - view.mean()) * window, axis=1) for view in views)
-        cross = (first * np.conj(second)).sum(axis=0)[use]
-        weight = np.abs(cross)
-        slope = (weight * frequency[use] * np.angle(cross)).sum() / (weight * frequency[use] ** 2).sum()
-        found_px += float(slope / (2 * np.pi))
-    return found_px
 
 
 @dataclass(frozen=True)

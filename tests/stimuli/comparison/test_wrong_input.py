@@ -22,6 +22,7 @@ from stimuli.comparison.regions_file import MOST_AREAS
 from stimuli.develop import CameraImage, write_camera_exr
 from stimuli.measures import SeenPicture
 from stimuli.measures.scielab import MOST_PIXELS_PER_DEGREE
+from tests.choice import nightly
 from tests.kept import known
 from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, spots, written
 
@@ -77,7 +78,7 @@ RENDERINGS: dict[str, tuple[Callable[[], Floats32], str, tuple[str, ...]]] = {
 }
 
 
-@pytest.mark.parametrize("why", [*RENDERINGS])
+@pytest.mark.parametrize("why", ["size", "outside", *nightly("beyond", "nothing in common", "turned")])
 def test_a_rendering_that_does_not_lie_on_the_photograph(tmp_path: Path, refused: Refused, why: str) -> None:
     rendering, box, complaints = RENDERINGS[why]
     regions = tmp_path / "r.yaml" if box else PLATE
