@@ -76,13 +76,3 @@ def test_faults_are_placed_however_deep(study: Study, old: str, new: str, line: 
         read_experiment(study.experiment)
     found = {(one.line, one.column, " ".join(map(str, one.path[1:]))) for one in caught.value.findings}
     assert (line, column, path) in found
-
-
-def test_practice_in_practice_is_refused_however_deep(study: Study) -> None:
-    inner = "{kind: all_pairs}"
-    for _ in range(40):
-        inner = f"{{kind: practice, trials: 2, block: {inner}}}"
-    study.experiment.write_text(f"{HEAD}  - {inner}\n")
-    with pytest.raises(InputError) as caught:
-        read_experiment(study.experiment)
-    assert {finding.path[-1] for finding in caught.value.findings} == {"kind"}

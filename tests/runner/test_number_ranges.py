@@ -22,9 +22,7 @@ import stimuli
 from documents import InputError
 from documents.yaml import FileModel, Positive
 from runner.cli.main import group
-from tests.runner import every_kind as EVERY
 
-ROOT = EVERY.ROOT
 FLOORS = (documents, devices, stimuli, analysis, runner, cyclopean)
 ENDS = (("minimum", "exclusiveMinimum"), ("maximum", "exclusiveMaximum"))
 

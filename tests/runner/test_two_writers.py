@@ -134,9 +134,3 @@ def test_a_session_that_was_taken_over_stops_and_leaves_the_log_to_the_other(
     other[0].close()
     assert check_log(file).findings == ()
     assert list(file.parent.glob("session.found*")) == []
-
-
-def test_an_undisturbed_session_leaves_no_record_and_says_nothing(study: Study) -> None:
-    assert not [line for line in _run(study) if "closing" in line]
-    assert not list(study.results.rglob("*.owner"))
-    assert read_session(next(iter(session_files(study.results)))).notes == ()

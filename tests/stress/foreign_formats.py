@@ -15,6 +15,8 @@ import numpy as np
 
 from tests.stress.mutants import Format
 
+ROOT = Path(__file__).parents[2]
+
 # --- YAML -------------------------------------------------------------------------------------------------------------
 
 DISPLAY = b"""\
@@ -59,28 +61,6 @@ distance_mm: 700
 interpupillary_distance_mm: 65
 glasses: shutter glasses
 """
-CAMERA = b"""\
-schema_version: 1
-name: A camera
-form: linear
-exposure: {time_s: 1/15, f_number: 8, iso: 800}
-matrix_XYZ_cd_m2:
-  X: [220.43, 36.69, 3.19]
-  Y: [83.50, 146.02, -46.01]
-  Z: [11.53, -34.52, 220.03]
-safe_luminance_cd_m2: [9.41, 120.8]
-exposure_sets:
-  - {white_luminance_cd_m2: 132.32, time_s: [1/15, 1/13, 1/10], f_number: 8, iso: 800}
-source: made up
-"""
-REGIONS = b"""\
-schema_version: 1
-white_luminance_cd_m2: 120
-regions:
-  - {kind: plate, name: plate, inner: 0.96}
-  - {kind: grid, name: cells, rows: 2, columns: 2}
-  - {kind: rectangle, name: middle, box: [10, 10, 20, 20]}
-"""
 RECIPE = b"""\
 schema_version: 1
 kind: pictures
@@ -88,17 +68,6 @@ views: [stereo, flat]
 stimuli:
   - {name: one, file: one.exr, flat_eye: left, factors: {paint: GM1, exposure_s: 1.3}}
   - {name: two, file: two.exr, flat_eye: left, factors: {paint: GM1, exposure_s: 2}}
-"""
-OBSERVERS = b"""\
-schema_version: 1
-kind: bradley_terry
-source: made up
-median_response_time_s: 2.0
-psychometric: {stereo_acuity: {threshold: 200}}
-stimuli:
-  one-flat:   {score: 0.0296, perceptual_class: "5"}
-  two-flat:   {score: 0.0432, perceptual_class: 3+4}
-  one-stereo: {score: 0.2036, perceptual_class: "1"}
 """
 EXPERIMENT = b"""\
 schema_version: 1
@@ -453,6 +422,10 @@ def _read_curves(path: Path) -> object:
     return read_illuminant(str(path), np.arange(400.0, 701.0)), read_reflectances(path)
 
 
+def _shipped(name: str) -> bytes:
+    return (ROOT / "configs" / f"{name}.yaml").read_bytes()
+
+
 def _of(*bases: bytes) -> Callable[[], Sequence[bytes]]:
     return lambda: bases
 
@@ -462,9 +435,9 @@ FORMATS = (
     Format("rig", ".yaml", _of(RIG), _check, text=True),
     Format("display", ".yaml", _of(DISPLAY, DISPLAY_2), _check, text=True),
     Format("recipe", ".yaml", _of(RECIPE), _check, text=True),
-    Format("observers", ".yaml", _of(OBSERVERS), _check, text=True),
-    Format("camera", ".yaml", _of(CAMERA), _check, text=True),
-    Format("regions", ".yaml", _of(REGIONS), _check, text=True),
+    Format("observers", ".yaml", _of(_shipped("observers/table_4_4")), _check, text=True),
+    Format("camera", ".yaml", _of(_shipped("cameras/nikon_d800")), _check, text=True),
+    Format("regions", ".yaml", _of(_shipped("regions/plate")), _check, text=True),
     Format("comparisons", ".csv", _comparisons, _read_comparisons, text=True),
     Format("readings", ".csv", _readings, _read_readings, text=True),
     Format("ti3", ".ti3", _ti3, _read_readings, text=True),

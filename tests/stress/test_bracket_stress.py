@@ -300,23 +300,6 @@ def test_thirty_six_megapixels(tmp_path: Path) -> None:
         assert float(run_alone(program, method)) < most_bytes
 
 
-@pytest.mark.parametrize("orientation", [1, 6])
-def test_thirty_six_megapixels_become_xyz_in_a_gigabyte_and_a_half(tmp_path: Path, orientation: int) -> None:
-    """A raw file of 36 megapixels to an OpenEXR of XYZ, turned upright too: the peak of a program by itself."""
-    path = tmp_path / "large.dng"
-    codes = np.random.default_rng(0).integers(590, 15600, (4912, 7360), dtype=np.uint16)
-    tags = [(274, "H", 1, orientation, True), *exposure_tags((1, 15), (8, 1), 800)]
-    save_dng(path, codes, black=(600,), white=15520, tags=tags)
-    program = (
-        "from pathlib import Path; from devices.camera import read_camera;"
-        "from stimuli.develop import DevelopOptions, develop_photographs;"
-        f"from tests.stress.memory import peak_kb; camera = read_camera('configs/cameras/nikon_d800.yaml');"
-        f"develop_photographs([Path({str(path)!r})], Path({str(tmp_path / 'a.exr')!r}), DevelopOptions(camera=camera));"
-        "print(peak_kb() / 1e6)"
-    )
-    assert float(run_alone(program)) < 1.5
-
-
 def test_dark_frames_and_flat_fields_of_thirty_six_megapixels(tmp_path: Path) -> None:
     """Two of each, and the photograph, to XYZ: at most 1.5 GB."""
     rng = np.random.default_rng(0)

@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 
 from analysis.records import FILE_NAME, read_session
-from benchmarks.session_opening import run
 from runner.session import Watch, simulate
 from runner.session.clipping_costs import CostCache
 from tests.runner.changed_logs import EDITS, edit, flip, recorded, refused
@@ -223,15 +222,3 @@ def test_programs_killed_while_they_keep_leave_nothing_half_written_to_be_found(
         os.utime(part, (0, 0))
     assert CostCache(tmp_path).keep({"number": 0}, {"number": 0, "more": "x" * 5000})
     assert not list(tmp_path.glob(".*.part"))
-
-
-def test_a_session_of_many_pictures_opens_without_reading_them() -> None:
-    rows = {(row["series"], row["parameter"]): row for row in run(150, (180, 120))["rows"]}
-    plain, first, again = (
-        {what: rows[series, f"to {what}"] for what in ("first trial", "all costs")}
-        for series in ("plainly, again", "in turn, first time", "in turn, again")
-    )
-    assert [of["all costs"]["pictures read"] for of in (plain, first, again)] == [150, 150, 2]
-    assert all(row["error"] == 0.0 for row in rows.values())
-    for of in (first, again):  # less than a tenth is usual
-        assert 2.0 * of["first trial"]["processor seconds"] < plain["first trial"]["processor seconds"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 import pytest
@@ -31,7 +30,7 @@ from stimuli.sparkle.cull import that_matter, tiles_of
 from stimuli.sparkle.lamplight import illuminance_lx
 from stimuli.sparkle.optics import shade
 from stimuli.sparkle.scene import Noise
-from stimuli.sparkle.studio import photograph, sparkle_map
+from stimuli.sparkle.studio import photograph
 from tests.compiled_loops import not_in_numpy
 from tests.stimuli.sparkle_measures.test_sparkle_measures import assert_like_the_twin, both, planted
 
@@ -47,29 +46,6 @@ def recipe_of(name: str) -> SparklePlateRecipe:
     recipe, _ = read_recipe(CONFIGS / f"{name}.yaml")
     assert isinstance(recipe, SparklePlateRecipe)
     return recipe
-
-
-def test_the_default_plate_culled_and_by_brute_force() -> None:
-    """1.5 million flakes, 1024 × 683 pixels, two eyes: within 0.1 % of the maximum, at least 10 × as fast."""
-    recipe = recipe_of("manitoba_gray")
-    plate, lamp = recipe.plate.plate(), recipe.lamp
-    camera = recipe.camera.model_copy(update={"resolution_px_per_mm": 1024 / 150})
-    assert camera.grid_px(plate) == (1024, 683)
-    flakes = scatter_flakes(plate, recipe.seed)
-    assert len(flakes) == pytest.approx(1.5e6, rel=0.01)
-    ratios = []
-    for eye in ("left", "right"):
-        times = []
-        for cull in (True, False):
-            start = process_time()
-            found = sparkle_map(plate, lamp, camera, eye, flakes, cull=cull)
-            times.append(process_time() - start)
-            if cull:
-                fast = found
-        assert fast.shaded < 0.1 * len(flakes)
-        assert np.abs(fast.luminance_cd_m2 - found.luminance_cd_m2).max() <= 1e-3 * float(found.luminance_cd_m2.max())
-        ratios.append(times[1] / times[0])
-    assert max(ratios) > 10
 
 
 def test_no_flake_that_matters_is_dropped_in_ten_thousand_scenes() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import time
 from collections.abc import Callable
 from itertools import combinations, product
@@ -21,10 +20,7 @@ from analysis.scaling import fit
 from benchmarks.simulated_studies import Design, decisions
 from documents.arrays import Floats
 from extensions.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, simulate
-from runner.blocks import Draft, Stimuli
-from runner.ports import Ask, Choose, Response
 from tests.kept import known
-from tests.runner.every_kind import met, setting
 from tests.stress.answered import answered
 from tests.stress.how_many import how_many
 from tests.stress.memory import run_alone
@@ -310,41 +306,6 @@ def test_ten_thousand_trials_narrow_the_interval() -> None:
     fit = fit_threshold(levels.tolist(), right.tolist())
     assert fit.threshold == pytest.approx(0.1, rel=0.06)
     assert known(fit.threshold_interval)[1] / known(fit.threshold_interval)[0] < 1.15
-
-
-@pytest.mark.parametrize(("task", "tracks"), [("yes_no", 1), ("two_places", 6)])
-def test_thousands_of_trials_and_a_hundred_levels(task: str, tracks: int) -> None:
-    """2400 trials on 120 levels: as many records, the last chosen as soon as the first, within a frame."""
-    levels = [float(level) for level in np.geomspace(0.001, 1, 120)]
-    stimuli = Stimuli({"blank": {"c": 0.0}} | {f"s{n}": {"c": level} for n, level in enumerate(levels)})
-    method = {"kind": "quest_plus", "tracks": tracks}
-    place = setting(stimuli)
-    block = met("threshold", place, factor="c", task=task, reference="blank", trials=2400 // tracks, method=method)
-    steps, rng = block.steps(), random.Random(1)
-    taken: list[float] = []
-    drafts: list[Draft] = []
-    response: Response | None = None
-    while True:
-        began = time.process_time()
-        try:
-            step = steps.send(response)
-        except StopIteration:
-            break
-        taken.append(time.process_time() - began)
-        response = None
-        if isinstance(step, Draft):
-            drafts.append(step)
-        elif isinstance(step, Ask):
-            assert isinstance(step.task, Choose)
-            sees = rng.random() < 0.5 + 0.5 / (1 + (0.05 / (step.task.strength or 1e-9)) ** 4)
-            wrong = next(option for option in step.task.options if option != step.task.correct)
-            response = Response("x", str(step.task.correct) if sees else wrong, 0.5)
-    assert len(drafts) == block.trials == 2400
-    trial_s = sum(taken) / block.trials
-    print(f"\n{task}: choosing takes {1e3 * trial_s:.2f} ms of processor time a trial")
-    assert trial_s < 1 / 60
-    first_s, last_s = np.median(taken[:200]), np.median(taken[-200:])
-    assert last_s < 2 * first_s
 
 
 # The default keeps its level with few observers, alike or not, and the model's errors do not.

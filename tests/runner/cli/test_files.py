@@ -42,15 +42,6 @@ def test_every_shipped_file_is_right(file: Path, tmp_path: Path, monkeypatch: py
     assert json.loads(result.stdout)[0]["findings"] == []
 
 
-def test_check_says_what_a_session_would_be(study: Study) -> None:
-    result = _run("check", study.experiment, "--json")
-    (facts,) = json.loads(result.stdout)
-    assert facts["trials"] == 6
-    assert facts["keys"]["up"] == "first"
-    assert facts["picture_deg"] == [1.64, 0.82]
-    assert facts["pixels_per_degree"] == pytest.approx(48.87, abs=0.01)
-
-
 def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:
     output = study.folder / "preview"
     result = _run("preview", study.experiment, "-o", output, "--json")
@@ -88,15 +79,6 @@ def test_preview_marks_what_is_clipped_where_the_panel_is_dim(study: Study) -> N
     ]
     assert counts[0] > counts[1] + 100
     assert [marked[:240].sum(), marked[240:].sum()] == counts
-
-
-def test_check_tells_how_much_is_clipped(study: Study) -> None:
-    (facts,) = json.loads(_run("check", study.experiment, "--json").stdout)
-    model = read_display(study.folder / "display.yaml").models("side-by-side").left
-    for name in ("one", "two", "three", "four"):
-        image = read_exr(study.folder / f"{name}.exr")
-        expected = model.clipping(image.left, half=image.half)
-        assert facts["clipped_percent"][name][0] == pytest.approx(expected.percent(expected.any_channel), abs=1e-3)
 
 
 def test_preview_of_a_wrong_experiment_writes_nothing(study: Study) -> None:

@@ -37,36 +37,6 @@ def _simulate(study: Study, *more: object, observer: str = "01", expect: int = 0
     return told
 
 
-def test_a_simulated_session_records_every_pair_with_its_facts(study: Study) -> None:
-    done = json.loads(_simulate(study).stdout)
-    assert (done["ending"], done["answered"], done["trials"]) == ("completed", 6, 6)
-    (file,) = session_files(study.results)
-    log = read_session(file)
-    assert log.complete
-    assert log.header.simulated
-    assert log.header.display.mode == "side-by-side"
-    assert set(log.header.hashes) == {"experiment", "stimuli", "display", "rig", "configuration"}
-    assert log.header.presentation.backend == "egl"
-    pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
-    assert len({frozenset((t.details()["first"], t.details()["second"])) for t in pairs}) == 6
-    for trial in pairs:
-        for name in (trial.details()["first"], trial.details()["second"]):
-            assert {"left", "right"} == set(trial.details()["clipping"][name])
-            assert 0 <= trial.details()["clipping"][name]["left"]["percent_any"] <= 100
-
-
-def test_two_observers_meet_the_same_pairs_in_other_orders(study: Study) -> None:
-    for observer in ("01", "02"):
-        _simulate(study, observer=observer)
-    orders = []
-    for file in session_files(study.results):
-        trials = [trial for trial in read_session(file).trials if trial.kind == "all_pairs"]
-        orders.append([(trial.details()["first"], trial.details()["second"]) for trial in trials])
-    assert orders[0] != orders[1]
-    # Observers 1 and 2 share an orientation and take opposite sides of it.
-    assert {(second, first) for first, second in orders[0]} == set(orders[1])
-
-
 def _answered(results: Path) -> list[tuple[str, str]]:
     (file,) = session_files(results)
     trials = [trial for trial in read_session(file).trials if trial.kind == "all_pairs"]
@@ -78,18 +48,6 @@ def _cut(results: Path, lines: int) -> Path:
     kept = file.read_bytes().split(b"\n")[:lines]
     file.write_bytes(b"\n".join(kept) + b"\n")
     return file
-
-
-def test_resume_continues_where_the_session_stopped(study: Study) -> None:
-    _simulate(study)
-    whole = _answered(study.results)
-    _cut(study.results, 5)  # header, instructions, three pairs
-    assert _answered(study.results) == whole[:3]
-    done = json.loads(_simulate(study, "--resume").stdout)
-    assert done["answered"] == 6
-    assert _answered(study.results) == whole
-    told = _simulate(study, "--resume", expect=2)
-    assert "no unfinished session" in told.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")

@@ -209,30 +209,13 @@ ODD: dict[str, tuple[Sequence[Floats], Sequence[str]]] = {
 }
 
 
-SOME = ("a dark projector through glasses", "an OLED with no black light", "a strong leak")
-
-
-@pytest.mark.parametrize("name", [*SOME, *nightly("healthy", "in a lit room")])
-def test_odd_displays_are_measured_without_a_word(tmp_path: Path, name: str) -> None:
-    light, faults = ODD[name]
-    display(tmp_path, *light)
-    options = [word for fault in faults for word in ("--instrument-option", fault)]
-    result = measure(tmp_path, "--eye", "left", *options)
-    assert result.exit_code == 0, result.output[-500:]
-    assert not read_session(tmp_path / "m.jsonl").accepted
-
-
 FILTERED: dict[str, Sequence[Floats]] = {
-    "a red filter": (0.1 * BLACK, 0.5 * RED, 0.02 * RED, 0.0005 * BLUE),
-    "a red filter that leaks": (0.1 * BLACK, 0.5 * RED, 0.06 * RED, 0.001 * BLUE),
     "a perfect red filter": (0.1 * BLACK, 0.5 * RED, 0 * GREEN, 0 * BLUE),
-    "a perfect cyan filter": (0.1 * BLACK, 0 * RED, 0.3 * GREEN, 0.5 * BLUE),
     "a dark blue filter": (0.01 * BLACK, 1e-4 * RED, 0.004 * BLUE, 0.02 * BLUE),
-    "a grey monitor": (BLACK, 0.3 * WHITE, 0.59 * WHITE, 0.11 * WHITE),
 }
 
 
-@pytest.mark.parametrize("name", ["a perfect red filter", *nightly(*sorted(set(FILTERED) - {"a perfect red filter"}))])
+@pytest.mark.parametrize("name", ["a perfect red filter", *nightly("a dark blue filter")])
 def test_what_a_filter_takes_is_not_missed(folder: Path, play: Callable[[Fault | None], None], name: str) -> None:
     play(behind(*FILTERED[name]))
     result = measure(folder, "--eye", "left")

@@ -10,14 +10,11 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any, TextIO
+from typing import TextIO
 
 import pytest
 
 from runner.session.console import HELP, Console
-
-Study = Any  # tests/conftest.py
-Person = Any
 
 
 @dataclass

@@ -16,13 +16,12 @@ from runner.observers import read_observer
 from runner.ports import Ask, KeyPress, Observer, WindowClosed
 from runner.protocol import Experiment, read_experiment
 from runner.session import SessionOptions
-from runner.session.clipping_costs import COSTS, ClippingCosts
+from runner.session.clipping_costs import ClippingCosts
 from runner.session.folders import to_resume
 from runner.session.station import Station
 from stimuli.build import StimulusSet, build_set
 
 Study = Any  # tests/conftest.py
-ALL = {"one", "two", "three", "four"}
 
 
 def _open(study: Study, **more: Any) -> Station:
@@ -204,14 +203,3 @@ def test_a_line_of_costs_that_does_not_fit_is_refused(study: Study, unchained: A
     said = {"another": "of 'one' is another", "unknown": "'five', which is no stimulus", "no number": "percent_any"}
     with pytest.raises(ResultsError, match=said[wrong]):
         read_session(file)
-
-
-def test_a_trial_that_the_log_holds_has_its_costs_there(study: Study) -> None:
-    with _open(study) as station:
-        file = _run(study, station)
-    file.write_text("".join(file.read_text().splitlines(keepends=True)[:-1]))
-    for kept in (study.folder / "cache" / COSTS).iterdir():
-        kept.unlink()
-    _, station = _resume(study)
-    assert station.pictures.read == station.cost_work.clipping_costs_computed == 0
-    assert _costs(read_session(file)) == _plain(study)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import random
-import subprocess
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +21,6 @@ from runner.presenter import IntervalSummary
 from runner.session.timing_record import NOT_VERIFIED, explain, judge, swap_intervals
 
 Study = Any  # tests/conftest.py
-Cyclopean = Callable[..., subprocess.CompletedProcess[str]]
 RECORD = """\
 schema_version: 1
 date: 2026-03-14
