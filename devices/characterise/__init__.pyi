@@ -1,5 +1,7 @@
 from .display_fit import fit_display as fit_display
 from .display_fit import fit_file as fit_file
+from .fit_numbers import inversion_error_codes as inversion_error_codes
+from .fit_numbers import table_error_codes as table_error_codes
 from .fitted_display import DisplayFit as DisplayFit
 from .options import FileOptions as FileOptions
 from .options import FitOptions as FitOptions

@@ -27,6 +27,9 @@ from .model import EYES as EYES
 from .model import DisplayModel as DisplayModel
 from .model import Eye as Eye
 from .model import EyeModels as EyeModels
+from .model_spec import CURVES as CURVES
+from .model_spec import DisplayCurves as DisplayCurves
+from .model_spec import ModelSpec as ModelSpec
 from .monitor_settings import MonitorSettings as MonitorSettings
 from .nominal import NOT_MEASURED as NOT_MEASURED
 from .nominal import Nominal as Nominal

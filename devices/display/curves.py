@@ -16,9 +16,10 @@ table that serves the other curves errs there by whole codes, as below a CRT's c
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,10 +41,35 @@ MOST_STEPS = 24
 _BEYOND = 2.0
 
 
-class _Kind(FileModel):
-    """What all curves share; each has `linear`, `code`, `unclipped_code`, `shader_codes` and its `lift` beside it."""
+class Curve(FileModel):
+    """One channel's curve, from device code to light, rising from code 0 to code 1."""
 
-    kind_of_curve: ClassVar[Literal["gogo", "table", "srgb"]]
+    kind_of_curve: ClassVar[str] = ""
+    """The kind by which display files write curves like it; empty where none does."""
+
+    @abstractmethod
+    def linear(self, code: ArrayLike) -> Floats:
+        """Return linear light (share of full) for device codes in 0..1, of any shape."""
+
+    @abstractmethod
+    def unclipped_code(self, light_above_lift: ArrayLike) -> Floats:
+        """Return device codes for light above ``lift``, at or above 0, also where no code of 0..1 gives it."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def lift(self) -> float:
+            """Light that is there whatever the code; a field of some curves."""
+
+    def code(self, linear: ArrayLike) -> Floats:
+        """Return device codes in 0..1 for linear light of any shape; what lies beyond is clipped."""
+        light = np.maximum(np.asarray(linear, dtype=np.float64) - self.lift, 0.0)
+        return np.clip(self.unclipped_code(light), 0.0, 1.0)
+
+    def shader_codes(self, light: Floats, entries: int) -> Floats:
+        """Return codes in 0..1 for linear light (n,) as the shader looks them up, in a table of so many ``entries``."""
+        share = (light - self.lift) / (1.0 - self.lift)
+        return looked_up_codes(share, curve_table(self, entries).astype(np.float32))
 
     def _fill(self, **values: object) -> None:
         """Take ``values`` as a file's would be; DeviceError if they make no curve."""
@@ -87,7 +113,7 @@ class _Kind(FileModel):
         return np.zeros((0, NUMBERS))
 
 
-class ToneCurve(_Kind):
+class ToneCurve(Curve):
     """One channel's curve: linear = max(0, gain · code + offset) ^ gamma + lift, code in 0..1.
 
     ``gain``, ``offset`` and ``lift`` are shares of full drive or full light. Raises DeviceError if the curve does not
@@ -127,11 +153,6 @@ class ToneCurve(_Kind):
         drive = self.gain * np.asarray(code, dtype=np.float64) + self.offset
         return np.asarray(np.maximum(drive, 0.0) ** self.gamma + self.lift)
 
-    def code(self, linear: ArrayLike) -> Floats:
-        """Return device codes in 0..1 for linear light of any shape; what lies beyond the drive is clipped."""
-        light = np.maximum(np.asarray(linear, dtype=np.float64) - self.lift, 0.0)
-        return np.clip((light ** (1.0 / self.gamma) - self.offset) / self.gain, 0.0, 1.0)
-
     def unclipped_code(self, light_above_lift: ArrayLike) -> Floats:
         """Return device codes for light above ``lift``, at or above 0, also where no code of 0..1 gives it."""
         light = np.asarray(light_above_lift, dtype=np.float64)
@@ -144,10 +165,6 @@ class ToneCurve(_Kind):
         scale = span ** (-1.0 / self.gamma)
         return type(self)(self.gain * scale, self.offset * scale, self.gamma, (self.lift - lowest) / span)
 
-    def shader_codes(self, light: Floats, entries: int) -> Floats:
-        """Return codes in 0..1 for linear light (n,) as the shader looks them up, in a table of so many ``entries``."""
-        return _looked_up(self, light, entries)
-
     def icc_function(self, lift: float, full: float) -> list[float]:
         """Return the function 4. Function 2 would do, but LittleCMS gives 0 in place of the lift where it begins."""
         root = full ** (-1.0 / self.gamma)
@@ -156,7 +173,7 @@ class ToneCurve(_Kind):
         return [self.gamma, self.gain * root, self.offset * root, 0.0, begins, least, least]
 
 
-class SrgbCurve(_Kind):
+class SrgbCurve(Curve):
     """One channel's curve as sRGB has it; the display's black is a term of its own."""
 
     kind_of_curve = "srgb"
@@ -178,17 +195,13 @@ class SrgbCurve(_Kind):
         """Return device codes for light of any shape, at or above 0."""
         return srgb_encoded(light_above_lift)
 
-    def shader_codes(self, light: Floats, entries: int) -> Floats:
-        """Return codes in 0..1 for linear light (n,) as the shader looks them up, in a table of so many ``entries``."""
-        return _looked_up(self, light, entries)
-
     def icc_function(self, lift: float, full: float) -> list[float]:
         """Return the function 4 of sRGB's curve with ``lift`` above it, as a share of ``full``."""
         root = full ** (-1.0 / 2.4)
         return [2.4, root / 1.055, 0.055 * root / 1.055, 1.0 / (12.92 * full), 0.04045, lift / full, lift / full]
 
 
-class TableCurve(_Kind):
+class TableCurve(Curve):
     """One channel's curve as a table: the share of full light at each code; both rise from 0 to 1.
 
     Raises DeviceError unless both rise from 0 to 1 from entry to entry, and hold the same number of entries, 3 or more.
@@ -280,9 +293,6 @@ class TableCurve(_Kind):
         return np.stack([high, roots[:-1] - high, rise, codes[:-1], *scaled, width], axis=1)
 
 
-Curve = ToneCurve | TableCurve | SrgbCurve
-
-
 def bt1886_curve(white_cd_m2: float, black_cd_m2: float) -> ToneCurve:
     """Return the curve of ITU-R BT.1886 for a panel's white and black, without its black: light 0 at code 0.
 
@@ -370,11 +380,6 @@ def looked_up_codes(light: Floats, codes: Floats32) -> Floats:
     last = len(codes) - 1
     place = np.sqrt(np.sqrt(np.maximum(light, 0.0))) * last
     return np.asarray(np.clip(np.interp(place, np.arange(last + 1), codes.astype(np.float64)), 0.0, 1.0))
-
-
-def _looked_up(curve: Curve, light: Floats, entries: int) -> Floats:
-    share = (light - curve.lift) / (1.0 - curve.lift)
-    return looked_up_codes(share, curve_table(curve, entries).astype(np.float32))
 
 
 def knot_tables(curves: Sequence[Curve]) -> Floats32:

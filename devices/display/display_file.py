@@ -20,11 +20,12 @@ from devices.display.held_out import HeldOut
 from devices.display.model import EYES as EYES
 from devices.display.model import Eye as Eye
 from devices.display.model import EyeModels as EyeModels
+from devices.display.model_spec import CURVES
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.nominal import NOMINAL_OBSERVER, NOT_MEASURED, Nominal
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
-from documents import Finding, load_document
+from documents import Finding, InputError, load_document
 from documents.text import did_you_mean
 from documents.yaml import YamlSource
 
@@ -205,7 +206,9 @@ def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display
     if spec.ambient_XYZ_cd_m2 is not None:
         own = mode.ambient_specs()
         models = models.in_room(*(own[eye] or spec.ambient_XYZ_cd_m2 for eye in EYES))
-    display.modes[name], display.sources[name] = models, mode.source
+    eyes = (mode,) if isinstance(mode, BothEyesSpec) else (mode.left, mode.right)
+    whose = {f"{one.curve.kind} of {of}" for one in eyes if one is not None and (of := CURVES.whose(one.curve.kind))}
+    display.modes[name], display.sources[name] = models, "; ".join(filter(None, (mode.source, *sorted(whose))))
     display.observers[name] = str(mode.observer)
     display.held_out[name] = mode.held_out
     display.gamma_tables[name] = {
@@ -250,5 +253,5 @@ def _located(make: Callable[[], Made], source: YamlSource, key: tuple[str, ...])
     """Return ``make()``; its findings get the place of the key at ``key``."""
     try:
         return make()
-    except DeviceError as error:
+    except InputError as error:
         raise DeviceError([source.finding(key, f.message, f.remedy, key=True) for f in error.findings]) from error

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import product
-from types import MappingProxyType
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -21,7 +20,8 @@ from devices.display.residual import MOST_KNOTS, Residual
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
-from documents.yaml import FileModel, NotNegative, Number, Positive, yaml_lines
+from documents.extensions import Registry, of_base
+from documents.yaml import ByKind, FileModel, NotNegative, Number, Positive, yaml_lines
 
 
 class GammaTableSpec(FileModel):
@@ -67,8 +67,11 @@ class PrimariesSpec(FileModel):
     """XYZ of the blue channel at full drive minus black, in cd/m²."""
 
 
-class _Curves(FileModel):
+class DisplayCurves(FileModel):
     """The tone curves of the three channels: a kind that display files name."""
+
+    kind: str
+    """Which kind of entry this is; it decides which other keys there are."""
 
     @property
     def channels(self) -> tuple[Curve, Curve, Curve]:
@@ -80,12 +83,17 @@ class _Curves(FileModel):
         """Return the display model of these curves; XYZ of black (3,), and of the channels at full drive, columns."""
         return DisplayModel(black_XYZ_cd_m2, primaries_XYZ_cd_m2, self.channels)
 
+    @classmethod
+    def written(cls, model: DisplayModel) -> dict[str, Any]:
+        """Return the curves of ``model`` as a file has them; DeviceError where these cannot be."""
+        raise DeviceError(f"curves of the kind '{model.curves[0].kind_of_curve}' cannot be written from a model")
+
 
 # What each kind of the GOGO family leaves fixed.
 _FIXED = {"gamma": ("gain", "offset", "lift"), "gog": ("lift",), "ggo": ("offset",), "gogo": ()}
 
 
-class ToneCurves(_Curves):
+class ToneCurves(DisplayCurves):
     """The tone curves of the three channels."""
 
     kind: Literal["gog", "gogo", "ggo", "gamma"]
@@ -117,7 +125,7 @@ class ToneCurves(_Curves):
         return {"kind": kind, **dict(zip(COLOURS, channels, strict=True))}
 
 
-class TableCurves(_Curves):
+class TableCurves(DisplayCurves):
     """The tone curves of the three channels as tables, joined by monotone cubics."""
 
     kind: Literal["table"]
@@ -136,7 +144,7 @@ class TableCurves(_Curves):
         return {"kind": "table", **dict(zip(COLOURS, channels, strict=True))}
 
 
-class SrgbCurves(_Curves):
+class SrgbCurves(DisplayCurves):
     """The tone curve of sRGB (IEC 61966-2-1) in every channel."""
 
     kind: Literal["srgb"]
@@ -153,7 +161,7 @@ class SrgbCurves(_Curves):
         return {"kind": "srgb"}
 
 
-class Bt1886Curves(_Curves):
+class Bt1886Curves(DisplayCurves):
     """The tone curve of ITU-R BT.1886 in every channel, for the panel's white and black: the mode's, or these."""
 
     kind: Literal["bt1886"]
@@ -227,7 +235,7 @@ class ResidualSpec(FileModel):
         return Residual(np.array(self.knots), self.width, np.array(self.XYZ_cd_m2))
 
 
-class PlvcCurves(_Curves):
+class PlvcCurves(DisplayCurves):
     """Channels whose chromaticity varies with their level and that act on each other; see `devices.display.plvc`."""
 
     kind: Literal["plvc"]
@@ -275,8 +283,17 @@ class PlvcCurves(_Curves):
         return curves
 
 
-_OF_CURVES: Mapping[str, type[ToneCurves | TableCurves | SrgbCurves]] = MappingProxyType(
-    {"gogo": ToneCurves, "table": TableCurves, "srgb": SrgbCurves}
+# By what a display file names them: ours, and those of other packages (`docs/extend.md`).
+CURVES: Registry[type[DisplayCurves]] = Registry(
+    "cyclopean.models",
+    {
+        **dict.fromkeys(("gog", "gogo", "ggo", "gamma"), "devices.display.model_spec:ToneCurves"),
+        "table": "devices.display.model_spec:TableCurves",
+        "srgb": "devices.display.model_spec:SrgbCurves",
+        "bt1886": "devices.display.model_spec:Bt1886Curves",
+        "plvc": "devices.display.model_spec:PlvcCurves",
+    },
+    of_base(DisplayCurves),
 )
 
 
@@ -287,7 +304,7 @@ class ModelSpec(FileModel):
     """XYZ of black, in cd/m²."""
     primaries_XYZ_cd_m2: PrimariesSpec
     """XYZ of each channel at full drive minus black, in cd/m²."""
-    curve: Annotated[ToneCurves | TableCurves | SrgbCurves | Bt1886Curves | PlvcCurves, Field(discriminator="kind")]
+    curve: Annotated[DisplayCurves, ByKind(CURVES)]
     """The tone curves of the channels."""
     observer: ObserverSpec = DEFAULT_OBSERVER
     """The colorimetric observer of the XYZ, such as CIE 1931 2 or CIE 1964 10."""
@@ -304,7 +321,7 @@ class ModelSpec(FileModel):
 
         Numbers are kept to ten digits, gain and gamma to the last.
         """
-        kind = _OF_CURVES[model.curves[0].kind_of_curve] if model.additive else PlvcCurves
+        kind = CURVES.wanted(model.curves[0].kind_of_curve if model.additive else "plvc", "kind of curve", DeviceError)
         primaries = ten_digits(dict(zip(COLOURS, model.primaries_XYZ_cd_m2.T.tolist(), strict=True)))
         black = ten_digits(model.black_XYZ_cd_m2.tolist())
         given = {"black_XYZ_cd_m2": black, "primaries_XYZ_cd_m2": primaries, "curve": kind.written(model)}
@@ -323,7 +340,8 @@ class ModelSpec(FileModel):
         """Return the display model."""
         primaries = self.primaries_XYZ_cd_m2
         columns = np.array([primaries.red, primaries.green, primaries.blue]).T
-        model = self.curve.model(np.array(self.black_XYZ_cd_m2), columns)
+        with CURVES.blamed(self.curve.kind):
+            model = self.curve.model(np.array(self.black_XYZ_cd_m2), columns)
         return model if self.ambient_XYZ_cd_m2 is None else model.in_room(self.ambient_XYZ_cd_m2)
 
 

@@ -14,7 +14,7 @@ from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from analysis.report import PARTS
 from analysis.scaling import LAWS
-from devices.display import AskMonitor, Rig, panel_of_monitor, read_rig
+from devices.display import CURVES, AskMonitor, Rig, panel_of_monitor, read_rig
 from devices.readings import INSTRUMENTS, READERS
 from devices.timing_marks import MARKS
 from documents import InputError
@@ -355,6 +355,7 @@ REGISTRIES: tuple[Registry[Any], ...] = (
     RECIPES,
     MEASURES,
     LAWS,
+    CURVES,
     READERS,
     INSTRUMENTS,
     MARKS,

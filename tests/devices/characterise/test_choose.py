@@ -59,8 +59,8 @@ def test_the_thesis_s_display_is_gog_and_recovered_within_1_percent() -> None:
     assert min(found.chosen.r2_XYZ) >= 0.999
     assert (found.left_out, found.all_kept) == ((), None)
     for curve, (gain, offset, gamma) in zip(found.chosen.model.curves, THESIS_CURVES, strict=True):
-        assert curve.gain == pytest.approx(gain / (gain + offset), rel=0.01)  # type: ignore[union-attr]  # of the kind that was asked for
-        assert curve.gamma == pytest.approx(gamma, rel=0.01)  # type: ignore[union-attr]  # of the kind that was asked for
+        assert curve.gain == pytest.approx(gain / (gain + offset), rel=0.01)  # type: ignore[attr-defined]  # of the kind that was asked for
+        assert curve.gamma == pytest.approx(gamma, rel=0.01)  # type: ignore[attr-defined]  # of the kind that was asked for
 
 
 @pytest.mark.nightly

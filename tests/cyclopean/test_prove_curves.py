@@ -1,0 +1,116 @@
+"""What proves curves of a display: ours keep the promises, a broken one is found; another package's are used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cyclopean.testing import BrokenPromiseError, prove_curves
+from devices.display import CURVES, DisplayCurves, read_display
+from documents import InputError
+
+CURVE = """
+from typing import ClassVar, Literal
+import numpy as np
+from devices.display import Curve, DisplayCurves
+from documents.yaml import Positive
+
+CYCLOPEAN_INTERFACE = 1
+
+class Sigmoid(Curve):
+    half: Positive
+    lift: ClassVar[float] = 0.0
+
+    def linear(self, code):
+        power = np.asarray(code, float) ** 2
+        return power * (1 + self.half) / (power + self.half)
+
+    def unclipped_code(self, light_above_lift):
+        light = np.minimum(light_above_lift, 1)
+        return np.sqrt(self.half * light / (1 + self.half - light))
+
+class SigmoidCurves(DisplayCurves):
+    kind: Literal["sigmoid"]
+    half: Positive
+
+    @property
+    def channels(self):
+        return (Sigmoid(half=self.half),) * 3
+"""
+LINEAR, INVERSE = (
+    "power * (1 + self.half) / (power + self.half)",
+    "np.sqrt(self.half * light / (1 + self.half - light))",
+)
+BROKEN = {
+    "does not rise": {"float) ** 2": "float) ** 2 * (2 - np.asarray(code, float)) ** 4"},
+    "come back": {"np.sqrt(": "0.99 * np.sqrt("},
+    "nearest code": {
+        "class SigmoidC": "    def code(self, linear): return self.unclipped_code(abs(linear))\nclass SigmoidC"
+    },
+    "its table is off": {  # nearly flat in its middle
+        LINEAR: "0.5 + 256 * (np.sqrt(power) - 0.5) ** 9",
+        INVERSE: "0.5 + np.sign(light - 0.5) * (abs(light - 0.5) / 256) ** (1 / 9)",
+    },
+    "curves run from": {LINEAR: "0.9 * power", INVERSE: "np.sqrt(light / 0.9)"},
+}
+
+
+def _kind(changed: dict[str, str]) -> type[DisplayCurves]:
+    held: dict[str, Any] = {}
+    text = CURVE
+    for old, new in changed.items():
+        assert old in text
+        text = text.replace(old, new)
+    exec(compile(text, "curve", "exec", dont_inherit=True), held)
+    kind: type[DisplayCurves] = held["SigmoidCurves"]
+    return kind
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "kind: srgb",
+        "kind: bt1886",
+        "kind: gog, red: &r {gain: 0.97, offset: 0.03, gamma: 2.1}, green: *r, blue: *r",
+        "kind: table, red: &r {codes: [0, 0.4, 1], light: [0, 0.2, 1]}, green: *r, blue: *r",
+    ],
+)
+def test_ours_keep_the_promises(entry: str) -> None:
+    assert len(prove_curves(entry)) == 6
+
+
+@pytest.mark.parametrize("said", BROKEN)
+def test_a_broken_promise_is_found(said: str) -> None:
+    with pytest.raises(BrokenPromiseError, match=said):
+        prove_curves("kind: sigmoid, half: 0.5", kind=_kind(BROKEN[said]))
+
+
+def test_another_packages_curves_are_read_and_named(
+    install: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(CURVES, "_loaded", {})
+    install("sigmoids", CURVE, "2.1", group=CURVES.group, sigmoid="SigmoidCurves")
+    install(
+        "torn",
+        CURVE.replace("sigmoid", "torn").replace("return (", "return 1 / 0, ("),
+        group=CURVES.group,
+        torn="SigmoidCurves",
+    )
+    assert len(prove_curves("kind: sigmoid, half: 0.5")) == 6
+    file = tmp_path / "display.yaml"
+    text = Path("configs/displays/asus_vg248qe.yaml").read_text()
+    begin = text.index("    curve:")
+    end = text.index("    source:", begin)
+    text = text[:begin] + "    curve: {kind: sigmoid, half: 0.5}\n" + text[end:]
+    file.write_text(text)
+    display = read_display(file)
+    assert display.sources["side-by-side"].endswith("; sigmoid of sigmoids 2.1")
+    assert float(display.models("side-by-side").left.curves[0].linear(0.5)) == 0.5
+    for kind, said in (("sigmund", "'sigmoid'"), ("torn", "torn 1.0.*ZeroDivisionError")):
+        file.write_text(text.replace("sigmoid", kind))
+        with pytest.raises(InputError, match=said) as error:
+            read_display(file)
+        assert error.value.findings[0].line
