@@ -140,8 +140,13 @@ def test_separated_answers_reach_as_far_as_the_models_interval() -> None:
         assert ours.whole_separated
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("quantity", NAMES)
+@pytest.mark.parametrize(
+    ("kind", "quantity"),
+    [
+        both if "score" in both or "expanded-bca" in both else pytest.param(*both, marks=pytest.mark.nightly)
+        for both in product(KINDS, NAMES)
+    ],
+)
 def test_what_must_hold_of_every_interval(
     study: Study, kind: Kind, quantity: Name, monkeypatch: pytest.MonkeyPatch
 ) -> None:

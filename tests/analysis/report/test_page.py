@@ -56,6 +56,7 @@ def test_the_page_can_be_heard(written: Path) -> None:
     assert sorted(links) == sorted(anchors)
 
 
+@pytest.mark.nightly
 def test_the_page_opens_without_an_error_and_runs_nothing(written: Path, tmp_path: Path) -> None:
     works_and_runs_nothing(written.read_text(encoding="utf-8"), tmp_path)
 

@@ -47,11 +47,11 @@ class _File(BaseModel):
     blocks: list[Annotated[_Text | _Number, Field(discriminator="kind")]]
 
 
-def _findings(tmp_path: Path, text: str) -> list[str]:
+def _findings(tmp_path: Path, text: str, model: type[BaseModel] = _File) -> list[str]:
     path = tmp_path / "f.yaml"
     path.write_text(text)
     with pytest.raises(InputError) as caught:
-        load_document(path, _File)
+        load_document(path, model)
     return [str(finding).replace(str(path), "f.yaml") for finding in caught.value.findings]
 
 
@@ -103,10 +103,8 @@ class _OneOf(RootModel[Annotated[_Text | _Number, Field(discriminator="kind")]])
 
 
 def test_a_wrong_kind_of_the_whole_file(tmp_path: Path) -> None:
-    path = tmp_path / "f.yaml"
-    path.write_text("words: hello\nkind: txt\n")
-    with pytest.raises(InputError, match=r"f.yaml:2:7: 'kind' is 'txt' \(did you mean 'text'\?\)"):
-        load_document(path, _OneOf)
+    found = _findings(tmp_path, "words: hello\nkind: txt\n", _OneOf)
+    assert found == ["f.yaml:2:7: 'kind' is 'txt' (did you mean 'text'?)"]
 
 
 class _Lit(FileModel):
@@ -114,9 +112,8 @@ class _Lit(FileModel):
 
 
 def test_a_kind_that_no_package_here_offers(tmp_path: Path) -> None:
-    (tmp_path / "file.yaml").write_text("lamp: {kind: led}\n")
-    with pytest.raises(InputError, match=r"'lamp.kind' is 'led' .install the package that adds it"):
-        load_document(tmp_path / "file.yaml", _Lit)
+    (found,) = _findings(tmp_path, "lamp: {kind: led}\n", _Lit)
+    assert "'lamp.kind' is 'led' (install the package that adds it" in found
 
 
 def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:
@@ -184,11 +181,8 @@ def test_a_list_whose_entries_are_all_wrong_is_not_called_too_short(tmp_path: Pa
     class Names(BaseModel):
         names: Annotated[tuple[_Text, ...], Field(min_length=1)]
 
-    path = tmp_path / "f.yaml"
-    path.write_text("names: [{kind: text, words: 1}]\n")
-    with pytest.raises(InputError) as caught:
-        load_document(path, Names)
-    assert [finding.message for finding in caught.value.findings] == ["'names.1.words' is 1"]
+    (found,) = _findings(tmp_path, "names: [{kind: text, words: 1}]\n", Names)
+    assert found.partition(": ")[2].startswith("'names.1.words' is 1 (")
 
 
 @pytest.mark.parametrize(("words", "shown"), [("CIE names only", "CIE names only"), ("A name", "a name")])
@@ -199,19 +193,15 @@ def test_words_of_a_model_begin_small_unless_with_an_abbreviation(words: str, sh
     class Named(BaseModel):
         observer: Annotated[str, AfterValidator(refuse)]
 
-    (tmp_path / "file.yaml").write_text("observer: me\n")
-    with pytest.raises(InputError, match=f"'observer' is 'me' \\({shown}\\)"):
-        load_document(tmp_path / "file.yaml", Named)
+    assert _findings(tmp_path, "observer: me\n", Named) == [f"f.yaml:1:11: 'observer' is 'me' ({shown})"]
 
 
 def test_an_empty_list(tmp_path: Path) -> None:
     class _Some(BaseModel):
         names: Annotated[list[str], Field(min_length=2)]
 
-    path = tmp_path / "f.yaml"
-    path.write_text("names: []\n")
-    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds nothing \(give it at least 2 entries\)"):
-        load_document(path, _Some)
+    found = _findings(tmp_path, "names: []\n", _Some)
+    assert found == ["f.yaml:1:8: 'names' holds nothing (give it at least 2 entries)"]
 
 
 @pytest.mark.parametrize(("pattern", "text"), [(r"^[a-z0-9][a-z0-9_-]*$", "My plates"), (r"^[a-z][a-z0-9_]*$", "1st")])
@@ -219,13 +209,8 @@ def test_the_pattern_of_a_name_is_told_in_words(pattern: str, text: str, tmp_pat
     class _Named(BaseModel):
         name: Annotated[str, Field(pattern=pattern)]
 
-    path = tmp_path / "f.yaml"
-    path.write_text(f"name: {text}\n")
-    with pytest.raises(InputError) as caught:
-        load_document(path, _Named)
-    (finding,) = caught.value.findings
-    assert finding.message == f"'name' is '{text}'"
-    assert str(finding.remedy).startswith("use small letters a to z, digits")
+    (found,) = _findings(tmp_path, f"name: {text}\n", _Named)
+    assert f": 'name' is '{text}' (use small letters a to z, digits" in found
 
 
 def test_a_file_with_the_telling_key_of_its_kind_has_faults_of_its_own(tmp_path: Path) -> None:

@@ -80,7 +80,6 @@ def _made(pictures: Mapping[str, Callable[[], StereoImage]], name: str) -> Stere
 
 
 NIGHTLY = pytest.mark.nightly
-SAMPLINGS = [SIDE_BY_SIDE, *(pytest.param(one, marks=NIGHTLY) for one in (HALF, COLUMNS))]
 
 
 @pytest.mark.parametrize("arcsec", [20.0, *(pytest.param(arcsec, marks=NIGHTLY) for arcsec in (70.0, 140.0, 500.0))])
@@ -98,7 +97,8 @@ def test_so_do_modes_in_which_an_eye_has_half_the_columns(sampling: Sampling, ar
     assert np.abs(errors).max() < 0.02 * sampling.step
 
 
-@pytest.mark.parametrize("sampling", SAMPLINGS, ids=lambda one: one.mode)
+@pytest.mark.nightly
+@pytest.mark.parametrize("sampling", [SIDE_BY_SIDE, HALF, COLUMNS], ids=lambda one: one.mode)
 def test_the_finest_parallax_is_right_to_a_tenth(sampling: Sampling) -> None:
     screen = Screen((500, 500), 0.2768, 700.0, 65.0, (sampling.step, 1), EyeModels(MODEL, MODEL))
     errors = sent(sampling, 1.001 * finest_arcsec(screen), range(4))
