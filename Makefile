@@ -13,13 +13,14 @@ LOCKED = $(PIP) --require-hashes --no-deps
 CHECKOUT = $(PIP) --no-deps --no-build-isolation --no-index -e .
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test test-fast nightly golden check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
+.PHONY: help env gl test-tools demo test test-fast nightly core golden check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
 	@echo "make test       run the tests"
 	@echo "make test-fast  those of every room that take little, while you write"
 	@echo "make nightly    what takes long or repeats: benchmarks small, packaging, snippets, windows x modes, mutants, stress"
+	@echo "make core       the core's tests where the folder extensions/ is not there"
 	@echo "make golden     what of the outputs of forty commands differs from those that were kept (GOLDEN=--write: keep them)"
 	@echo "make check      floors, lint, format, types"
 	@echo "make api        write docs/api.md from the docstrings"
@@ -97,6 +98,9 @@ bench-psychopy: test-tools
 
 nightly: test-tools
 	@$(BIN)/python tools/stress.py --nightly
+
+core: test-tools
+	@$(ONE_THREAD) $(BIN)/python tools/core_alone.py
 
 golden: test-tools
 	@$(ONE_THREAD) $(BIN)/python tools/golden.py $(GOLDEN)

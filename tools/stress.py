@@ -4,7 +4,7 @@ Four parts, of which each runs whatever became of those before it: the sweeps, o
 be alone on the machine (marker ``alone``); the page on numerical stability, which is measured and written again; and a
 search for new examples by the tests of properties. Words after the command, such as ``-k cable``, choose among the
 sweeps; then only the first two parts run. With ``--nightly`` (``make nightly``) the tests with that marker, the types
-on other platforms and a sample of mutants come before them.
+on other platforms, the core's tests without extensions and a sample of mutants come before them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def parts(words: list[str], workers: int) -> dict[str, list[str]]:
             f"types {name}": ["mypy", "--platform", name, "--cache-dir", f".mypy_cache/{name}"] for name in _OTHERS
         }
         nightly = {"nightly tests": [*tests, "--durations", "30"], "golden outputs": ["tools.golden"], **types}
-        nightly["mutants"] = mutants
+        nightly |= {"core alone": ["tools.core_alone"], "mutants": mutants}
         return {**nightly, **parts(words[1:], workers)}
     split = ["-n", str(workers), "--dist", "worksteal"]
     sweeps = ["pytest", "-q", "tests", *words]
