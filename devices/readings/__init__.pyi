@@ -31,11 +31,11 @@ from .log import step_facts as step_facts
 from .mat_file import MatFileError as MatFileError
 from .mat_file import read_mat as read_mat
 from .open import INSTRUMENTS as INSTRUMENTS
-from .open import SPECTRAL as SPECTRAL
 from .open import Wiring as Wiring
 from .open import gives_spectra as gives_spectra
 from .open import open_instrument as open_instrument
 from .open import recorded_name as recorded_name
+from .open import spectral_instruments as spectral_instruments
 from .patch import BEFORE_SETTLINGS as BEFORE_SETTLINGS
 from .patch import Patch as Patch
 from .patch import PatchSet as PatchSet
@@ -50,6 +50,7 @@ from .read import PROFILE_ENDINGS as PROFILE_ENDINGS
 from .read import READERS as READERS
 from .read import read_measurements as read_measurements
 from .read import write_measurements as write_measurements
+from .serial_line import SerialLine as SerialLine
 from .sets import ALL as ALL
 from .sets import BUILT_IN as BUILT_IN
 from .sets import find_patches as find_patches

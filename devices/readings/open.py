@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,16 +34,11 @@ def _wrong(name: str, kind: Any) -> str | None:
 INSTRUMENTS: Registry[Any] = Registry(
     "cyclopean.instruments",
     {
-        "cs2000": "devices.readings.cs2000:CS2000",
-        "pr655": "devices.readings.photo_research:PhotoResearch",
-        "spotread": "devices.readings.spotread:Spotread",
         "manual": "devices.readings.open:Manual",
         "simulated": "devices.readings.simulated:Simulated",
     },
     _wrong,
 )
-# Those of ours that give spectra, whatever they are connected to.
-SPECTRAL = frozenset({"cs2000", "pr655"})
 _SKIP = ("skip", "s")
 
 
@@ -71,12 +65,20 @@ class Wiring:
     seed: int = 0
     eye: PatchEye = "both"
 
+    def own_options(self, *known: str) -> Mapping[str, str]:
+        """Return the options. Raises DeviceError where there is another than those ``known``."""
+        for key in self.options:
+            if key not in known:
+                remedy = f"it has {', '.join(known)}" if known else "it has none"
+                raise DeviceError(Finding(f"the instrument has no option '{key}'", remedy=remedy))
+        return self.options
+
 
 def open_instrument(name: str, wiring: Wiring) -> Instrument:
     """Open the instrument called ``name``, one of `INSTRUMENTS`: ours, or another package's.
 
-    Serial instruments take the options ``answer_s`` and ``measure_s``; `spotread` takes ``spotread``, the program's own
-    options in one string; a simulated one takes those of `devices.readings.simulated.Faults`.
+    Serial instruments take the options ``answer_s`` and ``measure_s``; a simulated one takes those of
+    `devices.readings.simulated.Faults`. A class that is opened otherwise has ``opened``, which takes the wiring.
 
     Parameters
     ----------
@@ -110,22 +112,19 @@ def open_instrument(name: str, wiring: Wiring) -> Instrument:
             remedy = "give a display that was characterised in this mode, to simulate it"
             raise DeviceError(Finding("there is no display model to simulate", remedy=remedy))
         return Simulated(wiring.model, wiring.seed, Faults.parse(dict(wiring.options)), wiring.eye)
-    if name == "manual":
-        _only((), wiring.options)
-        return Manual(wiring.ask, wiring.correct)
-    if name == "spotread":
-        from devices.readings.spotread import Spotread
-
-        _only(("spotread",), wiring.options)
-        return Spotread(wiring.port, shlex.split(wiring.options.get("spotread", "")), wiring.ask)
-    if name not in INSTRUMENTS.own():
-        INSTRUMENTS.wanted(name, "instrument", DeviceError)
-    return _serial(name, wiring)
+    kind = INSTRUMENTS.wanted(name, "instrument", DeviceError)
+    opened: Instrument = kind.opened(wiring) if hasattr(kind, "opened") else _serial(name, kind, wiring)
+    return opened
 
 
 def gives_spectra(name: str) -> bool:
-    """Say whether the instrument of a name gives spectra; a class of another package says so as ``spectral``."""
-    return name in SPECTRAL or bool(getattr(INSTRUMENTS.get(name), "spectral", False))
+    """Say whether the instrument of a name gives spectra; its class says so as ``spectral``."""
+    return bool(getattr(INSTRUMENTS.get(name), "spectral", False))
+
+
+def spectral_instruments() -> tuple[str, ...]:
+    """Return the names of those that give spectra; looks through the environment."""
+    return tuple(filter(gives_spectra, INSTRUMENTS.names()))
 
 
 def recorded_name(name: str, instrument: Instrument) -> str:
@@ -134,30 +133,20 @@ def recorded_name(name: str, instrument: Instrument) -> str:
     return f"{instrument.name} (by {whose})" if whose else instrument.name
 
 
-def _serial(name: str, wiring: Wiring) -> Instrument:
-    try:
-        from devices.readings.serial_line import ports
-    except ModuleNotFoundError:
-        raise DeviceError(Finding("serial instruments need pyserial", remedy="pip install pyserial")) from None
-    _only(("answer_s", "measure_s"), wiring.options)
+def _serial(name: str, kind: Any, wiring: Wiring) -> Instrument:
+    options = wiring.own_options("answer_s", "measure_s")
     if wiring.port is None:
+        from devices.readings.serial_line import ports
+
         raise DeviceError(
             Finding(f"'{name}' needs a port", remedy=f"--port with one of: {', '.join(ports()) or 'none'}")
         )
-    seconds = {key: _seconds(key, text) for key, text in wiring.options.items()}
-    kind = INSTRUMENTS[name]
+    seconds = {key: _seconds(key, text) for key, text in options.items()}
     if isinstance(kind, Path):
         protocol = read_protocol(kind)
         return LineInstrument(protocol, protocol.opened(wiring.port), **seconds)
     opened: Instrument = kind(wiring.port, **seconds)
     return opened
-
-
-def _only(known: tuple[str, ...], options: Mapping[str, str]) -> None:
-    for key in options:
-        if key not in known:
-            remedy = f"it has {', '.join(known)}" if known else "it has none"
-            raise DeviceError(Finding(f"the instrument has no option '{key}'", remedy=remedy))
 
 
 def _seconds(key: str, text: str) -> float:
@@ -181,6 +170,12 @@ class Manual:
     def __init__(self, ask: Callable[[str], str | None], correct: Callable[[str], None]) -> None:
         self._ask = ask
         self._correct = correct
+
+    @classmethod
+    def opened(cls, wiring: Wiring) -> Manual:
+        """Return the person of the ``wiring``; there are no options."""
+        wiring.own_options()
+        return cls(wiring.ask, wiring.correct)
 
     def read(self, showing: Showing) -> Reading:
         """Ask until three numbers are typed; ``skip`` leaves the patch for later."""

@@ -14,7 +14,6 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import DisplayModel
 from devices.errors import MeasuringError
 from devices.readings import (
-    SPECTRAL,
     AskedColour,
     Faults,
     Kept,
@@ -28,6 +27,7 @@ from devices.readings import (
     SimulatedDisplay,
     asked_of,
     gives_spectra,
+    spectral_instruments,
     xyz_from_spectra,
 )
 from documents import Finding, WorkError
@@ -184,7 +184,8 @@ def verify_display(options: VerifyOptions, dialogue: Dialogue | None = None) -> 
         what = (
             f"the mode '{target.mode.name}' is for the observer {target.observer}; XYZ are read for {DEFAULT_OBSERVER}"
         )
-        remedy = f"read spectra (--instrument {' or '.join(sorted(SPECTRAL))}), or verify a mode for {DEFAULT_OBSERVER}"
+        named = " or ".join(spectral_instruments())
+        remedy = f"read spectra (--instrument {named}), or verify a mode for {DEFAULT_OBSERVER}"
         raise MeasuringError(Finding(what, str(display_file), remedy=remedy))
     eye = show.eye
     if eye == "both" and display.models.left is not display.models.right:
@@ -304,7 +305,9 @@ def _read_for(kept: Kept, observer: str) -> Floats:
         return np.array(reading.XYZ_cd_m2)
     if not reading.spectrum:
         what = f"the readings have no spectra, which XYZ for {observer} need"
-        raise MeasuringError(Finding(what, remedy=f"read with an instrument that gives them: {', '.join(SPECTRAL)}"))
+        raise MeasuringError(
+            Finding(what, remedy=f"read with an instrument that gives them: {', '.join(spectral_instruments())}")
+        )
     return np.asarray(xyz_from_spectra(reading.spectrum, reading.wavelengths_nm, observer)[0])
 
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 import os
 import queue
 import re
+import shlex
 import subprocess
 import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from devices.readings.instrument import GarbledError, LostError, RangeError, Reading, Showing, TimedOutError
+from devices.readings import GarbledError, LostError, RangeError, Reading, Showing, TimedOutError, Wiring
 from documents import Finding
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -76,6 +77,12 @@ class Spotread:
         except BaseException:
             self.close()
             raise
+
+    @classmethod
+    def opened(cls, wiring: Wiring) -> Spotread:
+        """Return the instrument of the ``wiring``; its option ``spotread`` has the program's own, in one string."""
+        options = shlex.split(wiring.own_options("spotread").get("spotread", ""))
+        return cls(wiring.port, options, wiring.ask)
 
     def read(self, showing: Showing) -> Reading:
         """Ask for a reading and return it."""

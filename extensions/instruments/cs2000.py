@@ -13,8 +13,16 @@ import math
 from contextlib import suppress
 from types import MappingProxyType
 
-from devices.readings.instrument import GarbledError, InstrumentError, Line, LostError, RangeError, Reading, Showing
-from devices.readings.serial_line import SerialLine
+from devices.readings import (
+    GarbledError,
+    InstrumentError,
+    Line,
+    LostError,
+    RangeError,
+    Reading,
+    SerialLine,
+    Showing,
+)
 from documents import Finding
 
 BAUD_RATE = 115200
@@ -57,6 +65,8 @@ class CS2000:
     InstrumentError
         If nothing answers there as a CS-2000 does.
     """
+
+    spectral = True
 
     def __init__(self, port: str, answer_s: float = 10.0, measure_s: float = 300.0, line: Line | None = None) -> None:
         self._line = line or SerialLine(port, BAUD_RATE, b"\n", hardware_handshake=True)

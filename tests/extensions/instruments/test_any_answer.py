@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from devices.readings import Instrument, InstrumentError, Showing, TimedOutError, cs2000, photo_research
-from devices.readings.cs2000 import CS2000
-from devices.readings.photo_research import PhotoResearch
+from cyclopean.testing import prove_instrument
+from devices.readings import Instrument, InstrumentError, Showing, TimedOutError
+from extensions.instruments import CS2000, PhotoResearch, cs2000, photo_research
 
 SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)
 FIELD = st.one_of(
@@ -90,3 +90,8 @@ def test_any_change_to_the_transcript(kind: Driver, place: int, changed: list[st
 def test_nothing_but_junk(kind: Driver, lines: list[str]) -> None:
     _Line.lines = deque(lines)
     _read(kind)
+
+
+@pytest.mark.parametrize("kind", list(WHOLE))
+def test_ours_keep_the_promises(kind: Driver) -> None:
+    assert prove_instrument(lambda line: kind("a port", line=line), WHOLE[kind], (26.1, 26.4, 31.3))

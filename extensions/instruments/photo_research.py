@@ -14,8 +14,16 @@ import re
 from contextlib import suppress
 from types import MappingProxyType
 
-from devices.readings.instrument import GarbledError, InstrumentError, Line, LostError, RangeError, Reading, Showing
-from devices.readings.serial_line import SerialLine
+from devices.readings import (
+    GarbledError,
+    InstrumentError,
+    Line,
+    LostError,
+    RangeError,
+    Reading,
+    SerialLine,
+    Showing,
+)
 from documents import Finding
 
 BAUD_RATE = 9600
@@ -49,6 +57,8 @@ class PhotoResearch:
     InstrumentError
         If nothing answers there as a PR-655 or PR-670 does.
     """
+
+    spectral = True
 
     def __init__(self, port: str, answer_s: float = 10.0, measure_s: float = 300.0, line: Line | None = None) -> None:
         self._line = line or SerialLine(port, BAUD_RATE, b"\r", slowly=True)
