@@ -14,8 +14,19 @@ TESTS = {
 def test_only_what_needs_an_extension_is_skipped(tmp_path: Path) -> None:
     for name, text in TESTS.items():
         (tmp_path / name).write_text(text)
-    words = [sys.executable, "-m", "pytest", "-q", "-rsf", "-p", "tools.core_alone", "-p", "no:cacheprovider", tmp_path]
-    done = subprocess.run([*words, "--rootdir", tmp_path], cwd=ROOT, capture_output=True, text=True, check=False)
+    words = [
+        "-q",
+        "-rsf",
+        "-p",
+        "tools.core_alone",
+        "-p",
+        "no:cacheprovider",
+        "--rootdir",
+        str(tmp_path),
+        str(tmp_path),
+    ]
+    command = [sys.executable, "-m", "pytest", *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "1 failed, 2 skipped" in done.stdout
     assert "test_needs.py::test_wrong" in done.stdout
