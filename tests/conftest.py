@@ -26,6 +26,7 @@ from hypothesis import settings
 
 from analysis.records import SessionLog, read_session, session_files
 from documents.extensions import ENVIRONMENT
+from documents.yaml import expected
 from tests.forked import Forked, Server
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
@@ -117,6 +118,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
         importlib.invalidate_caches()
         for found in ("_file", "_kept", "_scanned"):
             vars(ENVIRONMENT).pop(found, None)
+        expected._schema.cache_clear()
 
     def put(package: str, text: str, version: str = "1.0", group: str = "cyclopean.things", **offers: str) -> None:
         facts = tmp_path / "site" / f"{package}-0.dist-info"

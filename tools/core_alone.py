@@ -5,13 +5,14 @@
     python tools/core_alone.py tests/analysis -x
 
 What git tracks is copied without ``extensions/`` and its tests, into an environment of its own with this one's
-packages. There a test that fails since an extension could not be imported is skipped, and says which in a line. All
-others must pass.
+packages. There a test that fails since an extension could not be imported, or that has the marker ``extensions``, is
+skipped and says so in a line. All others must pass.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -26,6 +27,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 _OURS = "extensions"
+_MISSED = re.compile(rf"No module named '(tests\.)?{_OURS}")
 _LEFT_OUT = (f"{_OURS}/", f"tests/{_OURS}/")
 # Pages, packages and the tools speak of the whole distribution.
 _TESTS = ("tests/analysis", "tests/cyclopean", "tests/devices", "tests/documents", "tests/runner", "tests/stimuli")
@@ -50,13 +52,20 @@ def pytest_configure() -> None:
     sys.meta_path.insert(0, _ASKED)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip what names extensions, by its marker."""
+    for item in items:
+        if item.get_closest_marker(_OURS):
+            item.add_marker(pytest.mark.skip(f"it names {_OURS}/"))
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_make_collect_report(
     collector: pytest.Collector,
 ) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
     """Skip a file that imports an extension."""
     report = yield
-    if report.failed and f"No module named '{_OURS}" in str(report.longrepr):
+    if report.failed and _MISSED.search(str(report.longrepr)):
         report.outcome, report.longrepr = "skipped", (str(collector.path), 1, f"it imports {_OURS}/")
         report.result = []
     return report
@@ -66,10 +75,12 @@ def pytest_make_collect_report(
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Skip a test that failed where an extension was asked for, with its name."""
+    """Skip a test that failed where an extension was asked for, here or in another process, with its name."""
     report = yield
-    if report.failed and _ASKED.names:
-        report.outcome, report.longrepr = "skipped", (str(item.path), 1, f"it needs {_OURS}/: {_ASKED.names[-1]}")
+    said = str(report.longrepr)
+    if report.failed and (_ASKED.names or _MISSED.search(said)):
+        named = re.search(rf"\b{_OURS}\.\w+", said)
+        report.outcome, report.longrepr = "skipped", (str(item.path), 1, f"it needs {named[0] if named else _OURS}")
     if call.when == "teardown":
         _ASKED.names.clear()
     return report

@@ -65,6 +65,7 @@ def test_a_broken_promise_is_found_in_another_package(case: str, tmp_path: Path)
     assert said in _run(tmp_path, "-c", PROOF, str(tmp_path / "proof")).stdout
 
 
+@pytest.mark.extensions
 def test_what_a_package_adds_is_listed_recorded_and_missed(tmp_path: Path) -> None:
     _install(tmp_path / "site")
     (tmp_path / "proof").mkdir()

@@ -49,10 +49,11 @@ def test_every_sweep_is_in_one_of_two_parts(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_nightly_has_its_tests_other_platforms_mutants_and_all_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
-    status, commands = run_with(monkeypatch, ["--nightly"], [0] * 9)
+    status, commands = run_with(monkeypatch, ["--nightly"], [0] * 10)
     assert status == 0
-    assert [command[2] for command in commands[:5]] == ["pytest", "tools.golden", "mypy", "mypy", "tools.mutants"]
-    assert commands[5:] == run_with(monkeypatch, [], [0] * 4)[1]
+    parts = ["pytest", "tools.golden", "mypy", "mypy", "tools.core_alone", "tools.mutants"]
+    assert [command[2] for command in commands[:6]] == parts
+    assert commands[6:] == run_with(monkeypatch, [], [0] * 4)[1]
 
 
 @pytest.mark.parametrize(("words", "expected"), [(["-k", "cable"], 0), ([], 1)])

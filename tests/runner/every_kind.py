@@ -285,4 +285,5 @@ def opened(folder: Path, header: Header = HEADER) -> tuple[Recorder, Resumed]:
 
 
 # Each kind with each way it is written.
+OF_EXTENSIONS = ("active_pairs", "screening", "threshold")
 VARIANTS = [(kind, variant) for kind, written in BLOCKS.items() for variant in range(len(written))]

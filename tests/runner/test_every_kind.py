@@ -120,6 +120,7 @@ def _in_order(trials: Sequence[Trial], pooled: Sequence[PooledBatch]) -> list[Tr
     return sorted([*trials, *pooled], key=lambda record: (*record.place, isinstance(record, Trial)))
 
 
+@pytest.mark.extensions
 def test_every_kind_has_a_record() -> None:
     assert set(EVERY.BLOCKS) == {*KINDS, PRACTICE}, "give each kind a line in analysis/kinds/kinds.py"
 

@@ -29,10 +29,13 @@ def kill(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
 FEW = [("rating", 0), ("all_pairs", 2), ("active_pairs", 3)]
 
 
+def _marks(kind: str, variant: int) -> list[pytest.MarkDecorator]:
+    marks = [] if (kind, variant) in FEW else [pytest.mark.nightly]
+    return [*marks, pytest.mark.extensions] if kind in EVERY.OF_EXTENSIONS else marks
+
+
 @pytest.mark.promise("no-answer-lost")
-@pytest.mark.parametrize(
-    ("kind", "variant"), [pytest.param(*one, marks=[] if one in FEW else pytest.mark.nightly) for one in VARIANTS]
-)
+@pytest.mark.parametrize(("kind", "variant"), [pytest.param(*one, marks=_marks(*one)) for one in VARIANTS])
 def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: Kill) -> None:
     rounds = kill(tmp_path, kind, variant, 100 * VARIANTS.index((kind, variant)))
     check_rounds(rounds)

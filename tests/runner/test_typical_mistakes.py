@@ -16,6 +16,7 @@ from documents import InputError
 from documents.yaml import checked, parse_yaml
 from runner.check import CheckOptions, check_file
 from runner.protocol import KINDS, FileKind, file_model
+from tests.runner.every_kind import OF_EXTENSIONS
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[2]
@@ -57,7 +58,14 @@ def files(study: Study, monkeypatch: pytest.MonkeyPatch) -> Study:
     return study
 
 
-@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda one: str(one.get("type") or one["write"])[:60])
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        pytest.param(one, marks=[pytest.mark.extensions] if any(kind in str(one) for kind in OF_EXTENSIONS) else [])
+        for one in MISTAKES
+    ],
+    ids=lambda one: str(one.get("type") or one["write"])[:60],
+)
 def test_a_typical_mistake_is_answered_with_what_to_write(files: Study, mistake: Mapping[str, Any]) -> None:
     said = told(files, mistake)
     assert said == mistake["says"]
