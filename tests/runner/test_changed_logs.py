@@ -16,13 +16,14 @@ from devices.readings import MeasurementLog
 from documents import InputError
 from tests.runner.changed_logs import EDITS, edit, flip, recorded, refused
 from tests.runner.every_kind import VARIANTS
+from tests.runner.families import by_first_way
 
 Study = Any  # tests/conftest.py
 FLIPS = 4  # more, and of more logs: tests/stress
 UNCHAINED = "1 log is unchained: nothing protects it"
 
 
-@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+@pytest.mark.parametrize(("kind", "variant"), by_first_way(VARIANTS))
 def test_flipped_bits_and_edited_lines_are_named(kind: str, variant: int, tmp_path: Path) -> None:
     rng = random.Random(f"{kind}/{variant}")
     end = rng.random() < 0.7

@@ -19,6 +19,7 @@ from runner.ports import Ask, KeyPress
 from runner.session import Resumed, Session
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import HEADER, VARIANTS, Stage
+from tests.runner.families import by_first_way
 
 MOST_ASKS = 5_000
 
@@ -61,11 +62,7 @@ def test_no_kind_is_forgotten() -> None:
     assert set(EVERY.BLOCKS) == set(BLOCKS.own()), "give each kind an entry in tests/runner/every_kind.py"
 
 
-# The first way in which each kind is written here, the others at night.
-FIRSTS = [pytest.param(*one, marks=pytest.mark.nightly if one[1] else []) for one in VARIANTS]
-
-
-@pytest.mark.parametrize(("kind", "variant"), FIRSTS)
+@pytest.mark.parametrize(("kind", "variant"), by_first_way(VARIANTS))
 def test_equal_seeds_make_equal_sessions(kind: str, variant: int) -> None:
     one, again = (_play(EVERY.blocks_of(kind, variant), EVERY.Fickle(5)) for _ in range(2))
     assert one.shown == again.shown
@@ -126,7 +123,7 @@ def test_every_kind_has_a_record() -> None:
 
 
 @pytest.mark.promise("no-answer-lost")
-@pytest.mark.parametrize(("kind", "variant"), FIRSTS)
+@pytest.mark.parametrize(("kind", "variant"), by_first_way(VARIANTS))
 def test_it_is_resumed_from_any_answer(kind: str, variant: int) -> None:
     """With any first part of its log, the rest is asked and shown as it was, and what is logged is not shown again."""
     blocks = EVERY.blocks_of(kind, variant)

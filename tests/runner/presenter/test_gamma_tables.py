@@ -178,6 +178,7 @@ def test_the_next_start_after_a_kill_restores_the_table_and_says_so(
     assert is_power(loaded(), 1.1)
 
 
+@pytest.mark.nightly
 def test_a_killed_session_and_a_new_one_with_the_identity_keep_the_first_table(
     load_table: Load, other: Callable[[], Other]
 ) -> None:
@@ -199,6 +200,7 @@ def test_of_two_sessions_the_last_restores(load_table: Load, other: Callable[[],
     assert kept() == []
 
 
+@pytest.mark.nightly
 def test_what_something_else_has_loaded_meanwhile_stays(load_table: Load, other: Callable[[], Other]) -> None:
     with WindowSurface(SIZE_PX, windowed=True, identity=True):
         load_table(0.7)
