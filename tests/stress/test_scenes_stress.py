@@ -8,7 +8,6 @@ import random
 import re
 import shutil
 import subprocess
-import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import combinations, pairwise
@@ -24,7 +23,7 @@ import cyclopean
 from analysis.records import SessionLog, new_header, read_results
 from analysis.report import Report, describe, write_report
 from analysis.scaling import compared_groups
-from analysis.series import means, summarise_series
+from analysis.series import means
 from analysis.series.just_noticeable import Matches, fit, interval
 from analysis.series.observer_means import bounded_means
 from runner.blocks import Pair, Stimuli, pairs_in_groups
@@ -168,28 +167,6 @@ def test_any_design_has_as_many_trials_as_check_says() -> None:
     assert right > 100
 
 
-def test_a_page_of_thirty_scenes_is_soon_written_and_fits_a_phone(tmp_path: Path) -> None:
-    scores = made_up(30, 4, seed=11)
-    results = study(tmp_path / "study", scores, [{"kind": "all_pairs", "within": "scene"}], 5)
-    began_s = time.process_time()
-    write_report(read_results(results), tmp_path / "report.html", csv_folder=tmp_path / "csv")
-    assert time.process_time() - began_s < 120
-    assert len(list((tmp_path / "csv").glob("scores_*.csv"))) == 30
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed: the page is not opened in a browser")
-    frame = tmp_path / "frame.html"
-    frame.write_text(
-        '<body><iframe src="report.html" style="width:390px;height:800px;border:0"></iframe><p></p><script>'
-        "onload = () => { const root = frames[0].document.documentElement;"
-        "document.querySelector('p').textContent = 'wide ' + root.scrollWidth + ' of ' + root.clientWidth; }</script>"
-    )
-    quiet = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
-    command = [CHROMIUM, *quiet, "--allow-file-access-from-files", "--virtual-time-budget=5000", frame.as_uri()]
-    shown = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
-    wide = known(re.search(r"wide (\d+) of (\d+)", shown))
-    assert int(wide.group(1)) <= int(wide.group(2))
-
-
 # Shared pairs pushed to the edges: drawn sets of pairs, all places, from the fewest pairs that link to all.
 def sets(count: int, pairs: list[Pair]) -> list[tuple[int, ...]]:
     """Return what pairs link."""
@@ -216,23 +193,6 @@ def test_any_pairs_are_shared_evenly_and_each_part_links_what_all_link() -> None
             assert sets(count, [pairs[index] for index in part]) == whole
             times[part] += 1
         assert times.sum() == PLACES * each
-
-
-@pytest.mark.parametrize("count", [4, 8, 20, 60])
-@pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 0.9, 1.0])
-def test_of_all_pairs_none_is_compared_much_oftener_than_another_at_any_number_of_observers(
-    count: int, share: float
-) -> None:
-    """By one at most; by two where there are hardly more pairs than link the stimuli."""
-    pairs = list(combinations(range(count), 2))
-    each = max(count - 1, round(share * len(pairs)))
-    times = np.zeros(len(pairs), dtype=np.int64)
-    most = 0
-    for part in designs(count, pairs, each, "seed", PLACES):
-        times[part] += 1
-        most = max(most, int(np.ptp(times)))
-    print(f"{count} stimuli, {each} of {len(pairs)}: at most {most}")
-    assert most <= (2 if each < 1.5 * count else 1)
 
 
 # Choices from series pushed to the edges: what intervals are worth, many observers, large and small numbers.
@@ -280,46 +240,6 @@ def test_means_hold_the_truth(observers: int) -> None:
         held += found.low is not None and found.high is not None and found.low <= truth <= found.high
     print(f"{observers} observers: {held} of 1000 held")
     assert held >= (925 if observers == 30 else 915)
-
-
-def _session(observer: int, series: int, pictures: int) -> SessionLog:
-    random = np.random.default_rng(observer)
-    names = [[f"s{one}-{place}" for place in range(pictures)] for one in range(series)]
-    stimuli = tuple(
-        {"name": name, "factors": {"paint": f"p{one // 3}", "series": f"k{one % 3}", "exposure_s": 1.1**place}}
-        for one, row in enumerate(names)
-        for place, name in enumerate(row)
-    )
-    trials = []
-    for one, row in enumerate(names):
-        index = int(np.clip(np.round(random.normal(pictures / 2, pictures / 8)), 0, pictures - 1))
-        data = {
-            "series": f"s{one}",
-            "stimuli": row,
-            "start": 0,
-            "chosen": row[index],
-            "chosen_index": index,
-            "path": [[place, 1.0] for place in range(pictures)],
-            "dwell_s": [1.0] * pictures,
-            "ratings": {"similarity": int(random.integers(1, 11)), "difficulty": int(random.integers(1, 11))},
-            "rating_times_s": {"similarity": 1.0, "difficulty": 1.0},
-        }
-        trials.append(new_answer(1, one, "best_of_series", (), float(pictures), "2026-01-02T03:04:05Z", data))
-    header = new_header("e", f"{observer:04d}", "s", "2026-01-01T00:00:00Z", simulated=True, stimuli=stimuli)
-    return SessionLog(Path(f"{observer}.jsonl"), header, tuple(trials), True)
-
-
-def test_three_hundred_observers_of_thirty_series_of_twelve() -> None:
-    sessions = [_session(observer, 30, 12) for observer in range(300)]
-    start = time.process_time()
-    summary = summarise_series(sessions)
-    taken_s = time.process_time() - start
-    print(f"{len(summary.choices.choices)} choices in {taken_s:.1f} s")
-    json.dumps(summary.to_json(), allow_nan=False)
-    # Matches scatter by an eighth of the series: 1.5 of its steps of ln 1.1.
-    for step in summary.steps:
-        assert step.within == pytest.approx(1.5 * np.log(1.1), rel=0.05)
-    assert taken_s < 120
 
 
 @pytest.mark.parametrize("series", [1, 5])
