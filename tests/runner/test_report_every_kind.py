@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -17,20 +16,9 @@ from analysis.report import describe, write_report
 from runner.protocol import Experiment
 from runner.session import Session
 from tests.answers import changed
+from tests.pages import Page
 from tests.runner import every_kind as EVERY
 from tests.runner.every_kind import VARIANTS
-
-
-class Words(HTMLParser):
-    """The text of a page outside style."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.text = ""
-        self.feed(re.sub(r"<style.*?</style>", "", page, flags=re.DOTALL))
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
 
 
 def log_of(experiment: Experiment, observer: str) -> SessionLog:
@@ -55,7 +43,7 @@ def make_a_page(kind: str, variant: int, observers: int, tmp_path: Path) -> None
     report = write_report(sessions, tmp_path / "report.html", csv_folder=tmp_path / "tables")
     json.dumps(report.to_json(), allow_nan=False)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    words = set(re.findall(r"[a-z]+", Words(page).text.lower()))
+    words = set(re.findall(r"[a-z]+", Page(re.sub(r"<style.*?</style>", "", page, flags=re.DOTALL)).text.lower()))
     assert not words & {"nan", "none", "inf"}
     assert any((tmp_path / "tables").iterdir())
     scored = {t.kind for session in sessions for t in session.trials if t.kind in KINDS and KINDS[t.kind].heading}

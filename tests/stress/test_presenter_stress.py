@@ -33,6 +33,7 @@ from tests.displays import corrections, eye_models
 from tests.runner.presenter.drawn_displays import (
     SIZE_PX,
     WITHIN_CODES,
+    one_surface,
     worst_in_a_mode,
     worst_of_a_mixture,
     worst_of_an_eye,
@@ -242,16 +243,7 @@ UNLIFTED = corrections(SIZE_PX, lifts=False)
 MODE_NAMES = tuple(name for name in MODES if not find_mode(name).needs_stereo)  # the others: tests/quad
 
 
-@pytest.fixture(scope="module")
-def drawn_surface() -> Iterator[EglSurface]:
-    """One offscreen surface for all of them."""
-    try:
-        opened = EglSurface((96, 72), windows=2)
-    except PresentationError as error:
-        pytest.skip(str(error))
-    with opened:
-        yield opened
-
+drawn_surface = pytest.fixture(scope="module", name="drawn_surface")(one_surface)
 
 # Which displays, what is corrected, for which eye, how many: Newton's method for both eyes takes seconds to compile.
 CASES = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
@@ -13,7 +15,9 @@ from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.presenter import PresentationError, Presenter, Surface, find_mode, open_surface
+from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures import StereoImage
 from tests.choice import nightly
 from tests.conftest import _x_server
@@ -194,18 +198,22 @@ def deep_display(xvfb_deep_display: str, monkeypatch: pytest.MonkeyPatch) -> str
     return _use_display(xvfb_deep_display, monkeypatch)
 
 
-@pytest.fixture(params=["egl", *nightly("window")])
-def deep_surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
-    """A surface of 640 × 480 with codes of 10 bits, of each backend that can have them."""
+def _surface_of(request: pytest.FixtureRequest, display: str, bits: Bits = 8) -> Surface:
+    """Open a surface of 640 × 480 of the backend that is asked for; a window on ``display``."""
     if request.param == "window":
-        request.getfixturevalue("deep_display")
+        request.getfixturevalue(display)
     try:
-        opened = open_surface(request.param, (640, 480), bits=10)
+        return open_surface(request.param, (640, 480), bits=bits)
     except PresentationError as error:
         if request.param == "window":
             raise  # there is a display: it must open
         pytest.skip(str(error))
-    with opened:
+
+
+@pytest.fixture(params=["egl", *nightly("window")])
+def deep_surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
+    """A surface of 640 × 480 with codes of 10 bits, of each backend that can have them."""
+    with _surface_of(request, "deep_display", bits=10) as opened:
         if opened.bits != 10:
             pytest.skip("; ".join(opened.facts.remarks))
         yield opened
@@ -228,15 +236,7 @@ def on_surfaces(cases: Sequence[str], often: Sequence[str], backends: Sequence[s
 @pytest.fixture(params=["egl", *nightly("null", "window")])
 def surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
     """A surface of 640 × 480 of each backend in turn."""
-    if request.param == "window":
-        request.getfixturevalue("display")
-    try:
-        opened = open_surface(request.param, (640, 480))
-    except PresentationError as error:
-        if request.param == "window":
-            raise  # there is a display: it must open
-        pytest.skip(str(error))
-    with opened:
+    with _surface_of(request, "display") as opened:
         yield opened
 
 
@@ -246,3 +246,23 @@ def x_screen(display: str) -> Callable[[], NDArray[np.uint8]]:
     from PIL import ImageGrab
 
     return lambda: np.asarray(ImageGrab.grab(xdisplay=display).convert("RGB"))
+
+
+@pytest.fixture
+def window(display: str) -> Iterator[WindowSurface]:
+    """A full-screen window on the 640 × 480 display."""
+    with WindowSurface((640, 480)) as opened:
+        yield opened
+
+
+@pytest.fixture
+def do() -> Callable[..., None]:
+    """Do something with xdotool."""
+    tool = shutil.which("xdotool")
+    if tool is None:
+        pytest.skip("xdotool is not installed (apt install xdotool)")
+
+    def send(*words: str) -> None:
+        subprocess.run([tool, *words], check=True, timeout=10)
+
+    return send

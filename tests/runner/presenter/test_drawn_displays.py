@@ -6,7 +6,7 @@ with codes of 10 bits here, and in tests/stress with 8 too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from devices.compensation import Correction, least_squares
 from devices.display import EYES, Eye, EyeModels, Plvc, Residual, TableCurve
-from runner.presenter import MODES, PresentationError, find_mode
+from runner.presenter import MODES, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from tests.displays import corrections, eye_models
 from tests.runner.families import by_family
@@ -23,6 +23,7 @@ from tests.runner.presenter.drawn_displays import (
     SIZE_PX,
     WITHIN_CODES,
     WORDS,
+    one_surface,
     worst_in_a_mode,
     worst_of_a_mixture,
     worst_of_an_eye,
@@ -39,15 +40,7 @@ MODE_NAMES = tuple(name for name in MODES if not find_mode(name).needs_stereo)  
 SEEDS = st.integers(0, 10**6)
 
 
-@pytest.fixture(scope="module")
-def surface() -> Iterator[EglSurface]:
-    """One offscreen surface for all of them."""
-    try:
-        opened = EglSurface((96, 72), windows=2)
-    except PresentationError as error:
-        pytest.skip(str(error))
-    with opened:
-        yield opened
+surface = pytest.fixture(scope="module", name="surface")(one_surface)
 
 
 def _check(worst: dict[str, float], words: Sequence[str] = WORDS) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import resource
 import threading
 import time
-from collections.abc import Iterator
 
 import glfw
 import pytest
@@ -71,13 +70,6 @@ def test_back_stands_for_escape() -> None:
     pads.presses(1.0)
     pad.down = frozenset({"pad_back"})
     assert _told(pads, 1.008) == [("escape", 1.008)]
-
-
-@pytest.fixture
-def window(display: str) -> Iterator[WindowSurface]:
-    """A window of 640 × 480."""
-    with WindowSurface((640, 480)) as opened:
-        yield opened
 
 
 @pytest.mark.window

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 import time
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
@@ -22,26 +20,6 @@ from runner.presenter.surfaces.windows import WindowSurface
 from runner.scene import Text
 
 Do = Callable[..., None]
-
-
-@pytest.fixture
-def window(display: str) -> Iterator[WindowSurface]:
-    """A window of 640 × 480."""
-    with WindowSurface((640, 480)) as opened:
-        yield opened
-
-
-@pytest.fixture
-def do() -> Do:
-    """Do something with xdotool."""
-    tool = shutil.which("xdotool")
-    if tool is None:
-        pytest.skip("xdotool is not installed (apt install xdotool)")
-
-    def send(*words: str) -> None:
-        subprocess.run([tool, *words], check=True, timeout=10)
-
-    return send
 
 
 def _until(window: WindowSurface, last: str) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -23,29 +23,9 @@ from tests.choice import nightly
 pytestmark = pytest.mark.window
 
 
-@pytest.fixture
-def window(display: str) -> Iterator[WindowSurface]:
-    """A full-screen window on the 640 × 480 display."""
-    with WindowSurface((640, 480)) as opened:
-        yield opened
-
-
-@pytest.fixture
-def press() -> Callable[..., None]:
-    """Send key presses to whatever has the focus, by xdotool's names."""
-    tool = shutil.which("xdotool")
-    if tool is None:
-        pytest.skip("xdotool is not installed (apt install xdotool)")
-
-    def send(*keys: str) -> None:
-        subprocess.run([tool, "key", *keys], check=True, timeout=10)
-
-    return send
-
-
-def test_keys_arrive_in_order_with_their_names_and_times(window: WindowSurface, press: Callable[..., None]) -> None:
+def test_keys_arrive_in_order_with_their_names_and_times(window: WindowSurface, do: Callable[..., None]) -> None:
     before_s = time.monotonic()
-    press("Up", "Down", "Left", "Right", "space", "Return", "KP_Enter", "a", "1", "F5", "Escape")
+    do("key", "Up", "Down", "Left", "Right", "space", "Return", "KP_Enter", "a", "1", "F5", "Escape")
     names = ["up", "down", "left", "right", "space", "text  ", "enter", "enter"]
     names += ["a", "text a", "1", "text 1", "f5", "escape"]
     presses = [window.wait_key() for _ in names]
@@ -80,12 +60,12 @@ def test_closing_the_window_ends_the_waiting(window: WindowSurface) -> None:
 
 
 def test_what_another_window_covered_is_drawn_again(
-    window: WindowSurface, press: Callable[..., None], same_models: EyeModels
+    window: WindowSurface, do: Callable[..., None], same_models: EyeModels
 ) -> None:
     with Presenter(window, find_mode("side-by-side"), same_models, lambda name: pytest.fail(name)) as presenter:
         presenter.show(Scene((Text("Which is closer?"),)))
         window._on_refresh(None)
-        press("q")
+        do("key", "q")
         window.wait_key()
         assert presenter.counters.frames_redrawn == 1
         assert presenter.counters.frames_drawn == 1

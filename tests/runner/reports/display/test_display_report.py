@@ -7,7 +7,6 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,7 @@ from runner.reports.display.figure import COLOURS, looks
 from runner.reports.display.page import page_of, typeset
 from tests.choice import nightly
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings
-from tests.pages import works_and_runs_nothing
+from tests.pages import Page, works_and_runs_nothing
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 QUIET = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
@@ -39,22 +38,6 @@ modes:
   flat: {same_as: quad-buffered}
 """
 HOSTILE = '<script>alert(1)</script> $x^2$ & "quotes" 漢字'
-
-
-class Tags(HTMLParser):
-    """Collects tags with their attributes, and text."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-        self.feed(page)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +76,7 @@ def test_the_page_needs_nothing_but_itself(page: str) -> None:
     assert "https:" not in page
     assert "@import" not in page
     assert not re.search(r"url\((?!#)", page)
-    for tag, attributes in Tags(page).tags:
+    for tag, attributes in Page(page).tags:
         assert tag not in ("script", "iframe", "object", "embed", "base", "img")
         for name in ("src", "href", "xlink:href"):
             assert (attributes.get(name) or "#").startswith(("#", "data:,"))
@@ -102,15 +85,15 @@ def test_the_page_needs_nothing_but_itself(page: str) -> None:
 def test_what_people_wrote_is_text(page: str) -> None:
     assert "<script" not in page
     assert "<b>codes</b>" not in page
-    text = Tags(page).text
+    text = Page(page).text
     assert "<b>codes</b> were assumed" in text
     assert HOSTILE[:24] in text
 
 
 def test_names_inside_the_page_are_its_own(page: str) -> None:
-    names = [attributes["id"] for _, attributes in Tags(page).tags if "id" in attributes]
+    names = [attributes["id"] for _, attributes in Page(page).tags if "id" in attributes]
     assert len(names) == len(set(names))
-    for _, attributes in Tags(page).tags:
+    for _, attributes in Page(page).tags:
         for name in ("href", "xlink:href"):
             target = attributes.get(name) or ""
             if target.startswith("#"):
@@ -120,7 +103,7 @@ def test_names_inside_the_page_are_its_own(page: str) -> None:
 
 
 def test_verdicts_come_first_and_each_check_has_its_section(page: str, verdicts: Verdicts) -> None:
-    parsed = Tags(page)
+    parsed = Page(page)
     sections = [attributes["id"] for tag, attributes in parsed.tags if tag == "section" and "id" in attributes]
     assert sections == ["verdicts", *(f"check-{number}" for number in range(1, len(verdicts.diagnoses) + 1))]
     rows = parsed.text.count("Failed")
