@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections import Counter
 from itertools import pairwise
@@ -11,15 +10,14 @@ from typing import Any
 
 import pytest
 import yaml
-from click.testing import CliRunner
 
 from analysis.records import SessionLog, read_session
-from runner.cli.main import group
 from runner.observers import read_observer
 from runner.protocol import read_experiment
 from runner.session import SessionOptions
 from runner.session.station import Station
 from stimuli.build import build_set
+from tests.invoked import printed_json
 
 pytestmark = pytest.mark.nightly
 ROOT = Path(__file__).parents[2]
@@ -49,10 +47,8 @@ def simulated(file: Path, law: str, observer: str) -> SessionLog:
     """Run one simulated observer's whole session through the command line and read its log."""
     results = file.parent.parent / "results"
     laws = file.parent.parent / "configs" / "observers" / f"{law}.yaml"
-    words = ["run", file, "--observer", observer, "--simulate", laws, "--results", results, "--json"]
-    result = CliRunner().invoke(group, [str(word) for word in words])
-    assert result.exit_code == 0, result.output
-    done = json.loads(result.stdout)
+    words = ["run", file, "--observer", observer, "--simulate", laws, "--results", results]
+    done = printed_json(*words)
     assert done["ending"] == "completed"
     assert done["answered"] == done["trials"]
     log = read_session(Path(done["folder"]) / "session.jsonl")
@@ -91,9 +87,7 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.stress
 def test_the_first_experiment_whole_with_the_thesis_s_fifteen_observers(tmp_path: Path) -> None:
     file = copied(tmp_path, "exposure_series", small=False)
-    checked = CliRunner().invoke(group, ["check", str(file), "--json"])
-    assert checked.exit_code == 0, checked.output
-    (facts,) = json.loads(checked.stdout)
+    (facts,) = printed_json("check", file)
     assert (facts["findings"], facts["stimuli"], facts["trials"]) == ([], 90, 15)
     design = read_experiment(file)
     laws = tmp_path / "configs" / "observers" / "figure_4_14.yaml"

@@ -15,12 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
 from documents import count_work, counted_work
-from runner.cli.main import group
 from stimuli.build import stimulus_set
 from stimuli.pictures import read_exr
+from tests.invoked import printed_json
 from tests.runner.cli.sessions import write_session
 from tests.runner.test_shipped_experiments import SMALL_PIXELS, copied
 
@@ -90,9 +89,7 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 
 def _json(*words: object) -> dict[str, Any]:
     """Return what a command prints as JSON, of the first file."""
-    result = CliRunner().invoke(group, [str(word) for word in (*words, "--json")])
-    assert result.exit_code == 0, result.output
-    found: Any = json.loads(result.stdout)
+    found = printed_json(*words)
     return dict(found[0] if isinstance(found, list) else found)
 
 
@@ -146,13 +143,6 @@ def test_the_log_counts_what_the_command_prints(tmp_path: Path, read: Counter[st
 # What reports and scores read, fit and draw, counted: no more than they need.
 
 
-def _work(*words: object) -> dict[str, int]:
-    result = CliRunner().invoke(group, [*map(str, words), "--json"])
-    assert result.exit_code == 0, result.output
-    found: dict[str, Any] = json.loads(result.stdout)
-    return dict(found["work"])
-
-
 def test_work_is_counted_in_all_threads_and_in_every_count_that_is_open() -> None:
     count_work("pictures_read")  # nobody counts
     with counted_work() as whole:
@@ -167,7 +157,7 @@ def test_work_is_counted_in_all_threads_and_in_every_count_that_is_open() -> Non
 def test_a_report_reads_each_session_once_and_fits_no_model_twice(tmp_path: Path) -> None:
     for number in range(4):
         write_session(tmp_path / "results", f"{number:02d}")
-    found = _work("report", tmp_path / "results", "-o", tmp_path / "report.html")
+    found = _json("report", tmp_path / "results", "-o", tmp_path / "report.html")["work"]
     # Which pairs differ is decided by bounds, for most of the 1000 bootstraps and 180 studies; the others are climbed.
     bounded, climbed = found.pop("profiles_bounded"), found.pop("profiles_climbed")
     assert 0 < 2 * climbed < bounded
@@ -181,4 +171,4 @@ def test_a_report_reads_each_session_once_and_fits_no_model_twice(tmp_path: Path
 def test_scores_fit_one_model_and_one_for_the_tests_of_two_items(tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text("winner,loser,count\n" + "".join(f"{a},{b},3\n" for a in "abc" for b in "abc" if a != b))
-    assert _work("scores", table) == {"models_fitted": 2, "classes_found": 1, "profile_intervals": 2}
+    assert _json("scores", table)["work"] == {"models_fitted": 2, "classes_found": 1, "profile_intervals": 2}

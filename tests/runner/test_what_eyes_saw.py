@@ -13,16 +13,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
 import cyclopean
 from analysis.records import Header
 from analysis.records import read_results as read_logs
 from devices.display import read_panel
-from runner.cli import main
 from runner.session import simulate
 from runner.studies import StudyOptions, new_study
+from tests.invoked import printed
 
 RED_CUP, GREY_CUP = (200, 20, 30), (130, 130, 130)
 FILTERS = ("filters_delta_e_00_mean", "filters_delta_e_00_worst_mean", "filters_delta_e_00_max")
@@ -69,14 +68,8 @@ def tried(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return make
 
 
-def _run(*words: object) -> str:
-    done = CliRunner().invoke(main.group, [str(word) for word in words])
-    assert done.exit_code == 0, done.output
-    return done.stdout
-
-
 def _checked(study: Tried) -> dict[str, Any]:
-    (report,) = json.loads(_run("check", study.experiment, "--no-screen", "--json"))
+    (report,) = json.loads(printed("check", study.experiment, "--no-screen", "--json"))
     return dict(report)
 
 
@@ -95,7 +88,7 @@ def _sections(page: Path) -> dict[str, str]:
 
 def _reported(study: Tried) -> tuple[dict[str, Any], dict[str, str]]:
     """Return the numbers of the report, and its sections."""
-    values = json.loads(_run("report", study.results, "--experiment", study.experiment, "--json"))
+    values = json.loads(printed("report", study.results, "--experiment", study.experiment, "--json"))
     return dict(values), _sections(study.results / "report.html")
 
 
@@ -118,7 +111,7 @@ def test_what_filters_cost_is_said_by_all_that_says_what_was_shown(tried: Any, t
     assert any("anaglyph" in note for note in values["notes"])
     assert "As the display" not in page["stimuli"]
     assert "through its coloured filter" in page["stimuli"]
-    _run("report", study.results, "--no-thumbnails", "--csv", tmp_path)
+    printed("report", study.results, "--no-thumbnails", "--csv", tmp_path)
     with (tmp_path / "clipping.csv").open(encoding="utf-8-sig") as file:
         rows = list(csv.DictReader(file))
     assert sorted(float(row["filters_delta_e_00_max"]) for row in rows) == sorted(largest)
@@ -177,5 +170,5 @@ def test_without_filters_nothing_is_said_of_them(tried: Any, mode: str) -> None:
 def test_agreement_says_where_what_is_measured_is_not_what_was_seen(tried: Any, mode: str, said: bool) -> None:
     study = tried(RED_CUP, mode)
     words = ("--experiment", study.experiment, "--measures", "delta-e-2000", "--photograph", "one")
-    notes = json.loads(_run("agreement", study.results, *words, "--json"))["notes"]
+    notes = json.loads(printed("agreement", study.results, *words, "--json"))["notes"]
     assert any("through its coloured filter" in note for note in notes) is said

@@ -19,6 +19,7 @@ from runner.cli.main import group
 from runner.presenter.arithmetic import Arithmetic
 from runner.protocol import read_experiment
 from stimuli.pictures import read_exr
+from tests.invoked import invoked
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[3]
@@ -28,23 +29,19 @@ SHIPPED = [
 ]
 
 
-def _run(*words: object) -> Any:
-    return CliRunner().invoke(group, [str(word) for word in words])
-
-
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.name)
 def test_every_shipped_file_is_right(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
     # Their 90 pictures take minutes: tests/stress builds them.
     more = ["--no-pictures", "--observers", "5"] if file.parent.name == "experiments" else []
-    result = _run("check", file, "--json", *more)
+    result = invoked("check", file, "--json", *more)
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)[0]["findings"] == []
 
 
 def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:
     output = study.folder / "preview"
-    result = _run("preview", study.experiment, "-o", output, "--json")
+    result = invoked("preview", study.experiment, "-o", output, "--json")
     assert result.exit_code == 0, result.output
     files = sorted(output.glob("*.png"))
     # Instructions, six pairs and one break, for two eyes.
@@ -64,7 +61,7 @@ def test_preview_marks_what_is_clipped_where_the_panel_is_dim(study: Study) -> N
     output = study.folder / "preview"
     gains = "gain_map: {luminance: [[40, 40], [100, 100]], positions: cells, normalise: centre}"
     study.edit("display.yaml", "    source: made up for tests", f"    {gains}\n    source: made up for tests")
-    result = _run("preview", study.experiment, "-o", output, "--clipping", "--json")
+    result = invoked("preview", study.experiment, "-o", output, "--clipping", "--json")
     assert result.exit_code == 0, result.output
     design = read_experiment(study.experiment)
     names = next(iter(design.blocks("01")[1].steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
@@ -102,7 +99,7 @@ def test_preview_of_a_wrong_experiment_writes_nothing(study: Study) -> None:
     ],
 )
 def test_schemas_are_json_schema_and_name_every_key_of_the_shipped_file(kind: str, shipped: str) -> None:
-    schema = json.loads(_run("schema", kind).stdout)
+    schema = json.loads(invoked("schema", kind).stdout)
     assert schema["$schema"].startswith("https://json-schema.org/")
     branches = [schema, *schema.get("$defs", {}).values()]
     keys = set(yaml.safe_load((ROOT / shipped).read_text()))
@@ -110,7 +107,7 @@ def test_schemas_are_json_schema_and_name_every_key_of_the_shipped_file(kind: st
 
 
 def test_doctor_says_what_there_is() -> None:
-    result = _run("doctor", "--json")
+    result = invoked("doctor", "--json")
     assert result.exit_code == 0, result.output
     facts = json.loads(result.stdout)
     assert set(facts["surfaces"]) == {"egl", "null", "window"}
@@ -124,17 +121,17 @@ def test_doctor_says_what_there_is() -> None:
             assert ten_bits["given"] or "10 bits a channel were asked for" in ten_bits["problem"]
             assert surface["facts"]["arithmetic"].split(":")[0] in {kind.value for kind in Arithmetic}
     assert facts["measures"]["pu-ssim"] is None
-    printed = _run("doctor").output
+    printed = invoked("doctor").output
     assert f"colours computed in {egl['facts']['arithmetic']}" in printed
     assert "installed: delta-e-2000, s-cielab" in printed
 
 
 def test_doctor_names_what_a_measure_needs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
-    assert json.loads(_run("doctor", "--json").stdout)["measures"]["flip"] == "pip install '.[measures]'"
-    assert "  flip: pip install '.[measures]'" in _run("doctor").output
+    assert json.loads(invoked("doctor", "--json").stdout)["measures"]["flip"] == "pip install '.[measures]'"
+    assert "  flip: pip install '.[measures]'" in invoked("doctor").output
 
 
 def test_the_schema_of_a_photodiode_s_record_names_its_keys() -> None:
-    schema = json.loads(_run("schema", "verification").stdout)
+    schema = json.loads(invoked("schema", "verification").stdout)
     assert {"onsets", "onset_error_ms", "refresh_hz", "mode"} <= set(schema["properties"])

@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from analysis.errors import ResultsError
-from runner.cli.main import group
+from tests.invoked import invoked, printed_json
 
 Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
 Study = Any  # tests/conftest.py
@@ -24,17 +24,7 @@ ENDS = ("low", "sd", "high")
 TABLE_4_4 = str(ROOT / "configs/observers/table_4_4.yaml")
 
 
-def ask(*words: str) -> Result:
-    """Call the command."""
-    return CliRunner(catch_exceptions=True).invoke(group, ["power", *words])
-
-
-def told(*words: str) -> dict[str, Any]:
-    """Return what the command prints as JSON."""
-    result = ask(*words, "--json")
-    assert result.exit_code == 0, result.output
-    found: dict[str, Any] = json.loads(result.stdout)
-    return found
+ask, told = partial(invoked, "power"), partial(printed_json, "power")
 
 
 def test_the_thesis_s_design_by_its_own_scores() -> None:
@@ -94,7 +84,7 @@ def pilot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_earlier_answers_say_how_much_observers_differ(pilot: Path, tmp_path: Path) -> None:
     words = (THESIS, "--observers", "10", "--replicates", "10")
     measured = told(*words, "--observers-from", str(pilot))
-    fitted = json.loads(CliRunner().invoke(group, ["scores", str(pilot), "--observers", "random", "--json"]).stdout)
+    fitted = printed_json("scores", pilot, "--observers", "random")
     spread = {"sd": fitted["spread"]["sd"], "source": "measured", "low": fitted["spread"]["low"]}
     assert measured["observer_spread"] == spread | {"high": fitted["spread"]["high"]}
     assert 0.6 < measured["observer_sd"] < 1.4

@@ -6,13 +6,13 @@ import html
 import json
 import re
 import unicodedata
+from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
-from runner.cli import main
 from runner.reports.results import find_browser
+from tests.invoked import invoked
 from tests.runner.cli.sessions import NAMES, write_session
 
 
@@ -23,8 +23,7 @@ def results(tmp_path: Path) -> Path:
     return tmp_path / "results"
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(main.group, ["report", *map(str, arguments)])
+run = partial(invoked, "report")
 
 
 @pytest.mark.usefixtures("undrawn")

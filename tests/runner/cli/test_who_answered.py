@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
 import cyclopean
 from documents import InputError
-from runner.cli import main
+from tests.invoked import invoked, printed
 from tests.runner.cli.sessions import NAMES, write_session
 
 PEOPLE, SIMULATED = ("01", "02"), ("01", "91", "92")
@@ -33,20 +32,14 @@ def folder(tmp_path: Path) -> Folder:
     return make
 
 
-def _run(*words: object) -> str:
-    done = CliRunner().invoke(main.group, [str(word) for word in words])
-    assert done.exit_code == 0, done.output
-    return done.stdout
-
-
 def _reported(*words: object) -> dict[str, Any]:
-    return dict(json.loads(_run("report", *words, "--no-thumbnails", "--json")))
+    return dict(json.loads(printed("report", *words, "--no-thumbnails", "--json")))
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_simulated_sessions_make_no_person_simulated_and_are_left_out(folder: Folder) -> None:
     results = folder(PEOPLE, SIMULATED)
-    told = _run("report", results, "--no-thumbnails")
+    told = printed("report", results, "--no-thumbnails")
     assert "2 observers, 24 comparisons" in told
     assert "--with-simulated" in told
     page = (results / "report.html").read_text(encoding="utf-8")
@@ -83,7 +76,7 @@ def test_simulated_observers_alone_are_reported_as_such(folder: Folder) -> None:
 @pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_of_people_alone_nothing_is_said_of_simulated_observers(folder: Folder) -> None:
-    people = _run("report", folder(PEOPLE, ()), "--no-thumbnails")
+    people = printed("report", folder(PEOPLE, ()), "--no-thumbnails")
     assert "2 observers, 24 comparisons" in people
     assert "imulated observer" not in people
 
@@ -101,7 +94,7 @@ def test_trials_say_who_was_simulated_and_are_not_pooled(folder: Folder, tmp_pat
         cyclopean.scores(trials)
     table = tmp_path / "trials.csv"
     trials.to_csv(table, index=False)
-    refused = CliRunner().invoke(main.group, ["scores", str(table)])
+    refused = invoked("scores", table)
     assert isinstance(refused.exception, InputError)
     assert "people and of simulated" in str(refused.exception)
     assert _scored(trials[~trials["simulated"]]) == PEOPLE
@@ -125,10 +118,10 @@ def _trials(dataset: Path) -> set[tuple[str, str]]:
 
 def test_a_dataset_has_simulated_observers_only_where_asked_for(folder: Folder, tmp_path: Path) -> None:
     results, dataset = folder(PEOPLE, SIMULATED), tmp_path / "bids"
-    told = _run("export", results, "-o", dataset)
+    told = printed("export", results, "-o", dataset)
     assert "3 sessions of simulated observers are left out" in told
     assert _participants(dataset) == {"sub-01": "false", "sub-02": "false"}
-    told = _run("export", results, "-o", dataset, "--with-simulated")
+    told = printed("export", results, "-o", dataset, "--with-simulated")
     assert "share the code 01" in told
     assert _participants(dataset) == {"sub-01": "some", "sub-02": "false", "sub-91": "true", "sub-92": "true"}
     assert ("s01simulated", "true") in _trials(dataset)
@@ -137,11 +130,11 @@ def test_a_dataset_has_simulated_observers_only_where_asked_for(folder: Folder, 
 
 def test_a_shared_code_is_told_only_where_there_is_one(folder: Folder, tmp_path: Path) -> None:
     words = ("-o", tmp_path / "bids", "--with-simulated")
-    told = _run("export", folder(PEOPLE, ("91", "92")), *words)
+    told = printed("export", folder(PEOPLE, ("91", "92")), *words)
     assert "2 of 4 sessions are simulated" in told
     assert "share the code" not in told
     named = ("--license", "CC0", "--author", "B. A.", "--author", "A. B.", "--name", "Plates")  # in any order
-    assert "note:" not in _run("export", folder(PEOPLE, ()), "-o", tmp_path / "people", *named)
+    assert "note:" not in printed("export", folder(PEOPLE, ()), "-o", tmp_path / "people", *named)
     about = json.loads((tmp_path / "people" / "dataset_description.json").read_text("utf-8"))
     assert (about["Name"], about["Authors"], about["License"]) == ("Plates", ["B. A.", "A. B."], "CC0")
 

@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from runner.cli.main import group
 from runner.presenter import MODES
 from tests.choice import nightly
 from tests.forked import Server
+from tests.invoked import invoked
 from tests.runner.families import by_family
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.measuring.displays import write_rig
@@ -50,8 +52,7 @@ def measured(measured_once: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(measured_once, tmp_path / "measured"))
 
 
-def _run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(group, ["display", *map(str, arguments)])
+_run = partial(invoked, "display")
 
 
 def _measure(folder: Path, *more: str, file: str = "m.jsonl", target: str = "rig.yaml", backend: str = "egl") -> Result:

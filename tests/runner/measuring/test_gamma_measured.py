@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from click.testing import CliRunner, Result
 
 from devices.display import EYES, GammaTable, read_display
 from devices.errors import MeasuringError
 from devices.readings import find_patches, read_measurements, read_session
 from documents import InputError
 from runner import measuring
-from runner.cli.main import group
+from tests.invoked import invoked
 from tests.runner.measuring.displays import DISPLAY, RIG, write_rig
 
 Load = Callable[[float], None]
@@ -59,8 +59,7 @@ def power(exponent: float) -> GammaTable:
     return GammaTable.from_shares(np.linspace(0, 1, 256) ** exponent)
 
 
-def display_command(*words: object) -> Result:
-    return CliRunner().invoke(group, ["display", *map(str, words)])
+display_command = partial(invoked, "display")
 
 
 def test_readings_keep_the_table_through_every_file(folder: Path, load_table: Load) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -10,19 +9,18 @@ from typing import Any
 import colour
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from numpy.typing import NDArray
 
 from analysis.records import read_session, session_files
 from devices.display import EyeModels, read_display
 from documents import InputError
 from runner.check import check_file
-from runner.cli.main import group
 from runner.errors import SessionError
 from runner.observers import read_observer
 from runner.observers.observer_file import read_scored_observer
 from runner.observers.simulated import mean_delta_e_00
 from stimuli.pictures import StereoImage, write_exr
+from tests.invoked import printed_json
 
 Study = Any  # tests/conftest.py
 GREY = np.array([0.95, 1, 1.09], dtype=np.float32)
@@ -66,10 +64,8 @@ def test_pictures_of_another_size_are_refused() -> None:
 
 
 def _run(study: Study, observer: str) -> None:
-    words = [str(study.experiment), "--observer", observer, "--simulate", str(study.observers)]
-    told = CliRunner().invoke(group, ["run", *words, "--results", str(study.results), "--json"])
-    assert told.exit_code == 0, told.output
-    assert json.loads(told.output)["ending"] == "completed"
+    words = ("--observer", observer, "--simulate", study.observers, "--results", study.results)
+    assert printed_json("run", study.experiment, *words)["ending"] == "completed"
 
 
 def test_the_nearer_picture_wins_as_often_as_stated(study: Study) -> None:

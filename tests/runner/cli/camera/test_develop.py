@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from runner.cli.main import group
 from stimuli.develop import read_camera_image
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, DEMOSAICS
 from stimuli.pictures import read_exr
+from tests.invoked import invoked, printed_json
 from tests.runner.cli.every_command import commands
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 
@@ -34,16 +36,11 @@ def photo(path: Path, time: tuple[int, int] = (1, 15)) -> Path:
     return write_dng(path, smooth(), black=(600,), white=15520, tags=exposure_tags(time, (8, 1), 200))
 
 
-def develop(*arguments: object) -> Any:
-    """Run the command, which must do its work, and return what it prints as JSON."""
-    words = ["camera", "develop", *map(str, arguments), "--json"]
-    result = CliRunner().invoke(group, words, catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
+develop = partial(printed_json, "camera", "develop")
 
 
 def findings(*arguments: object) -> list[Any]:
-    result = CliRunner().invoke(group, ["camera", "develop", *map(str, arguments)])
+    result = invoked("camera", "develop", *arguments)
     assert isinstance(result.exception, InputError), result.output
     return list(result.exception.findings)
 

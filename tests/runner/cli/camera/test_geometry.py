@@ -1,18 +1,17 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 
 import pytest
-from click.testing import CliRunner, Result
 
 from documents import InputError
-from runner.cli.main import group
+from tests.invoked import invoked
 
 CAMERA = ("--sensor-mm", "36x24", "--pixels", "7360x4912")
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(group, ["camera", "geometry", *CAMERA, *map(str, arguments)])
+run = partial(invoked, "camera", "geometry", *CAMERA)
 
 
 def test_the_thesis_s_camera() -> None:

@@ -1,32 +1,23 @@
 from __future__ import annotations
 
-import json
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from devices.camera import Exposure
 from devices.readings import xyz_from_spectra
 from documents import InputError
-from runner.cli.main import group
 from stimuli.develop import read_camera_image
 from stimuli.pictures import read_exr
+from tests.invoked import invoked, printed_json
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
 LIGHT = bumps(WAVES)
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(group, ["camera", "spectral", *map(str, arguments)])
-
-
-def told(*arguments: object) -> Any:
-    result = run(*arguments, "--json")
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
+run, told = partial(invoked, "camera", "spectral"), partial(printed_json, "camera", "spectral")
 
 
 def test_radiance_becomes_xyz(tmp_path: Path) -> None:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from devices.characterise import choose, display_fit, table_c1_codes, thesis_display
 from devices.display import read_display
 from devices.errors import DeviceError
 from devices.readings import Measurements, write_csv
-from runner.cli.main import group
 from tests.example_displays import noisy
+from tests.invoked import printed
 from tests.kept import kept
 
 CODES = table_c1_codes()
@@ -62,12 +62,7 @@ def gog(gog_text: str, tmp_path: Path) -> Path:
     return path
 
 
-def _run(*arguments: str, given: str | None = None) -> str:
-    result = CliRunner().invoke(group, ["display", *arguments], input=given)
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    assert result.exit_code == 0, result.output
-    return result.stdout
+_run = partial(printed, "display")
 
 
 def test_the_table_names_every_candidate_and_the_chosen(thesis: Path, tmp_path: Path) -> None:
@@ -148,7 +143,7 @@ def test_the_eyes_come_one_after_the_other(thesis: Path, tmp_path: Path) -> None
 )
 def test_convert_names_what_is_wrong(gog: Path, given: str, says: str) -> None:
     with pytest.raises(DeviceError, match=says):
-        _run("convert", "--display", str(gog), "--mode", "quad-buffered", "--to", "xyz", given=given)
+        _run("convert", "--display", str(gog), "--mode", "quad-buffered", "--to", "xyz", text=given)
 
 
 def test_colours_outside_the_gamut_are_counted(gog: Path, cyclopean: Callable[..., Any]) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from documents import InputError
-from runner.cli.main import group
+from tests.invoked import invoked
 
 ROOT = Path(__file__).parents[4]
 
@@ -27,8 +27,7 @@ def recipe(tmp_path: Path) -> Path:
     return small
 
 
-def run(*words: object) -> Result:
-    return CliRunner().invoke(group, ["stimuli", "contrast", *map(str, words)])
+run = partial(invoked, "stimuli", "contrast")
 
 
 @pytest.mark.nightly

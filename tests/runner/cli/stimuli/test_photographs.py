@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from click.testing import CliRunner
 
-from runner.cli.main import group
 from stimuli.pictures import StereoImage, read_exr, resample_picture
+from tests.invoked import printed_json
 from tests.stimuli.photographs.raw_pair import (
     LEFT_AT,
     PX_PER_MM,
@@ -26,18 +24,11 @@ from tests.stimuli.photographs.raw_pair import (
 RIG = ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"
 
 
-def run(*words: object) -> Any:
-    """Run a command of `cyclopean`, which must do its work, and return what it prints as JSON."""
-    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
-
-
 def fitted(folder: Path) -> Path:
     """Fit the camera that took the raw files to its chart."""
     folder.mkdir(parents=True, exist_ok=True)
     chart = chart_csv(folder / "chart.csv")
-    run("camera", "fit", chart, "--exposure", "1/15,8,800", "-o", folder / "camera.yaml", "--json")
+    printed_json("camera", "fit", chart, "--exposure", "1/15,8,800", "-o", folder / "camera.yaml")
     return folder / "camera.yaml"
 
 
@@ -63,7 +54,7 @@ def test_raw_files_of_a_sparkling_plate_become_stimuli_whose_xyz_are_the_plate_s
         "resample": {"px_per_mm": PX_PER_MM},
         "sparkles": {"times": 1.5},
     }
-    told = run("stimuli", "build", write_recipe(folder, recipe), "--rig", RIG, "-o", tmp_path / "out", "--json")
+    told = printed_json("stimuli", "build", write_recipe(folder, recipe), "--rig", RIG, "-o", tmp_path / "out")
     assert [one["name"] for one in told["stimuli"]] == ["plate-stereo", "plate-flat"]
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     steps = {step["step"]: step for step in manifest["stimuli"][0]["steps"]}
@@ -106,8 +97,8 @@ def test_raw_files_of_a_sparkling_plate_become_stimuli_whose_xyz_are_the_plate_s
         "blocks": [{"kind": "all_pairs", "stimuli": "all"}],
     }
     (folder / "experiment.yaml").write_text(yaml.safe_dump(experiment))
-    (checked,) = run("check", folder / "experiment.yaml", "--no-screen", "--results", tmp_path / "results", "--json")
+    (checked,) = printed_json("check", folder / "experiment.yaml", "--no-screen", "--results", tmp_path / "results")
     assert checked["findings"] == []
-    again = run("stimuli", "build", folder / "recipe.yaml", "--rig", RIG, "--json")
+    again = printed_json("stimuli", "build", folder / "recipe.yaml", "--rig", RIG)
     assert (again["rendered"], again["digest"]) == (0, told["digest"])
     assert len(list((tmp_path / "cache").glob("[!.]*/manifest.json"))) == 1

@@ -5,17 +5,17 @@ from __future__ import annotations
 import json
 import os
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from runner.cli.main import group
 from stimuli.build import BuiltStimulus
 from stimuli.build import notes_on as notes
 from stimuli.build.cache import locked
 from stimuli.pictures import StereoImage, write_exr
+from tests.invoked import printed
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 
 RIG = ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"
@@ -28,10 +28,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-def told(*words: str) -> str:
-    result = CliRunner().invoke(group, ["stimuli", *words], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return result.output
+told = partial(printed, "stimuli")
 
 
 def five_pictures(folder: Path) -> Path:

@@ -7,11 +7,12 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 
 from devices.diagnostics import MeasuredSet, PlotAxes, Trace, Verdicts, examine
 from devices.errors import DeviceError
@@ -23,6 +24,7 @@ from runner.reports.display.figure import COLOURS, looks
 from runner.reports.display.page import page_of, typeset
 from tests.choice import nightly
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings
+from tests.invoked import invoked
 from tests.pages import Page, works_and_runs_nothing
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -67,8 +69,7 @@ def files(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def _run(*words: object) -> Result:
-    return CliRunner().invoke(group, ["display", "report", *map(str, words)])
+_run = partial(invoked, "display", "report")
 
 
 def test_the_page_needs_nothing_but_itself(page: str) -> None:
