@@ -82,19 +82,6 @@ WAYS: dict[str, list[dict[str, Any]]] = {
 }
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
-def test_thresholds_of_few_answers(folder: Path) -> None:
-    stimuli = {f"{scene}{level}": {"scene": scene, "level": level} for scene in "xy" for level in (1, 2, 3)}
-    block = {"kind": "threshold", "factor": "level"}
-    blocks = [
-        {**block, "task": "two_places", "reference": "x1", "trials": 4},
-        {**block, "task": "yes_no", "reference": "x1", "catch_share": 0.3, "trials": 3, "easier": "lower"},
-        {**block, "task": "yes_no", "within": "scene", "trials": 2},
-    ]
-    assert taken({**PLAIN, "stimuli": stimuli, "blocks": blocks}, folder, page=True)
-
-
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     "way", [pytest.param(way, marks=[] if way == "a kind twice" else pytest.mark.nightly) for way in WAYS]

@@ -78,23 +78,3 @@ def test_a_key_that_is_held_answers_one_trial_and_must_be_pressed_again(person: 
     person.press("alt+F4")
     person.close_the_window()
     person.leave()
-
-
-# Two seconds of presses of both arrows, 50 a second: quicker than anyone looks.
-STORM = ["key", "--delay", "20", *["Up", "Down"] * 100]
-
-
-@pytest.mark.promise("press")
-@pytest.mark.nightly
-def test_a_storm_of_presses_answers_nothing_as_long_as_it_lasts(person: Person) -> None:
-    begin(person)
-    time.sleep(READY_S)
-    person._xdotool(*STORM)
-    assert person.answers() <= 2  # its first press; on a busy machine there may be a gap
-    time.sleep(READY_S)
-    person.answer("Up")
-    stormy = max(pairs(person), key=lambda trial: len(trial.details().get("ignored", [])))
-    assert len(stormy.details()["ignored"]) == 20
-    assert stormy.details()["ignored_more"] >= 20
-    person.close_the_window()
-    person.leave()

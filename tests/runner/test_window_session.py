@@ -101,32 +101,6 @@ def test_waiting_for_an_answer_sleeps(person: Person) -> None:
     person.leave()
 
 
-@pytest.mark.nightly
-def test_timed_scenes_in_a_real_window(person: Person) -> None:
-    """A cross, a pair for a fifth of a second, then the question alone; keys pressed before it are no answers."""
-    person.study.edit(
-        "small.yaml", "break_every: 4", "break_every: 4, fixation_s: 0.3, exposure_s: 0.2, stimuli: [one, two]"
-    )
-    person.sit_down()
-    page = person.look()
-    person.press("space")
-    person.press("Up", "Up")  # during the cross
-    person.until(lambda: np.any(person.look() != page), "the cross")
-    time.sleep(1.0)
-    assert person.answers() == 0
-    person.press("Down")
-    assert "1 answer is in" in person.leave()
-    (trial,) = (trial for trial in person.log().trials if trial.kind == "all_pairs")
-    assert trial.details()["answer"] == "second"
-    cross, pair = trial.details()["timed"]
-    assert (cross["what"], cross["frames"]) == ("fixation", 18)
-    assert (pair["what"], pair["frames"]) == ("pair", 12)
-    for held in (cross, pair):
-        # A virtual screen does not pace the swaps and this machine is shared: late is counted, early would be a fault.
-        assert held["shown_ms"] >= held["asked_ms"] - 1.0
-        assert held["missed_frames"] == max(0, round(held["shown_ms"] / (1000 / 60)) - held["frames"])
-
-
 def test_ctrl_c_wakes_the_sleeping_session_and_keeps_everything(person: Person) -> None:
     person.sit_down()
     person.turn("space", "the first pair")

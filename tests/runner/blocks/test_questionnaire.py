@@ -90,7 +90,7 @@ def test_enter_takes_nothing_before_an_option_is_marked() -> None:
     assert ask.meaning("4") is ask.meaning("0") is None
 
 
-def test_a_range_has_an_end(promised: Play) -> None:
+def test_a_range_has_an_end() -> None:
     assert block(AGE | {"highest": 1e9}).trials == 1
     with pytest.raises(ValidationError):
         block(AGE | {"highest": 1.5e9})

@@ -49,12 +49,6 @@ def test_simulated_sessions_make_no_person_simulated_and_are_left_out(folder: Fo
 
 @pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
-def test_one_who_is_left_out_anyway_may_be_named(folder: Folder) -> None:
-    assert _reported(folder(PEOPLE, SIMULATED), "--without", "91")["observers"] == list(PEOPLE)
-
-
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
 def test_asked_for_they_count_and_a_shared_code_stays_two_observers(folder: Folder) -> None:
     results = folder(PEOPLE, SIMULATED)
     values = _reported(results, "--with-simulated")
@@ -71,14 +65,6 @@ def test_simulated_observers_alone_are_reported_as_such(folder: Folder) -> None:
     values = _reported(alone)
     assert (values["trials"], values["simulated"]) == (36, True)
     assert "all of them were simulated" in (alone / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.nightly
-@pytest.mark.usefixtures("undrawn")
-def test_of_people_alone_nothing_is_said_of_simulated_observers(folder: Folder) -> None:
-    people = printed("report", folder(PEOPLE, ()), "--no-thumbnails")
-    assert "2 observers, 24 comparisons" in people
-    assert "imulated observer" not in people
 
 
 def _scored(answers: Any) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from devices.readings import find_patches, read_measurements, read_session
 from documents import InputError
 from runner import measuring
 from tests.invoked import invoked
-from tests.runner.measuring.displays import DISPLAY, RIG, write_rig
+from tests.runner.measuring.displays import DISPLAY, write_rig
 
 Load = Callable[[float], None]
 pytestmark = pytest.mark.window
@@ -126,14 +126,6 @@ def test_a_change_stops_the_measurement_without_the_reading_that_it_spoilt(folde
     load_table(1.1)
     measure(folder, resume=True)
     assert not read_session(file).missing
-
-
-@pytest.mark.nightly
-def test_a_rig_measures_with_the_identity(folder: Path, load_table: Load) -> None:
-    (folder / "rig.yaml").write_text(RIG + "gamma_table: identity\n")
-    assert measure(folder)["gamma_table"] == GammaTable.identity(256).to_json()
-    (folder / "rig.yaml").write_text(RIG)
-    assert measure(folder, "n.jsonl")["gamma_table"] == power(1.1).to_json()  # it is there again
 
 
 def test_without_a_window_the_readings_say_why_the_table_is_unknown(folder: Path) -> None:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels, ToneCurve
 from runner.presenter import PresentationError, Presenter, Surface, find_mode, open_surface
-from runner.presenter.depth import Bits
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures import StereoImage
@@ -198,7 +197,7 @@ def deep_display(xvfb_deep_display: str, monkeypatch: pytest.MonkeyPatch) -> str
     return _use_display(xvfb_deep_display, monkeypatch)
 
 
-def _surface_of(request: pytest.FixtureRequest, display: str, bits: Bits = 8) -> Surface:
+def _surface_of(request: pytest.FixtureRequest, display: str, bits: Any = 8) -> Surface:
     """Open a surface of 640 × 480 of the backend that is asked for; a window on ``display``."""
     if request.param == "window":
         request.getfixturevalue(display)

@@ -14,14 +14,13 @@ from devices.compensation import Correction, Mixture, cancel_crosstalk
 from devices.display import EYES, Eye, EyeModels
 from documents.arrays import Floats
 from runner import Picture, Scene
-from runner.presenter import Codes, ColourPass, PresentationError, Presenter, Surface
+from runner.presenter import Codes, ColourPass, PresentationError, Presenter, Surface, open_surface
 from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.depth import Bits, CodeFormat, highest_code
 from runner.presenter.modes.mode import Mode, Weave
-from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures import StereoImage
 from tests.displays import picture_of
 
@@ -149,10 +148,10 @@ def _off(shown: Codes, code: Floats, weave: Weave | None) -> float:
     return float((off if weave is None else off[weave.mask(*off.shape)]).max())
 
 
-def one_surface() -> Iterator[EglSurface]:
+def one_surface() -> Iterator[Surface]:
     """Yield one offscreen surface for all displays."""
     try:
-        opened = EglSurface((96, 72), windows=2)
+        opened = open_surface("egl", (96, 72), windows=2)
     except PresentationError as error:
         pytest.skip(str(error))
     with opened:

@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 
 from devices.compensation import Correction, least_squares
 from devices.display import EYES, Eye, EyeModels, Plvc, Residual, TableCurve
-from runner.presenter import MODES, find_mode
-from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter import MODES, Surface, find_mode
 from tests.displays import corrections, eye_models
 from tests.runner.families import by_family
 from tests.runner.presenter.drawn_displays import (
@@ -50,13 +49,13 @@ def _check(worst: dict[str, float], words: Sequence[str] = WORDS) -> None:
 
 @FEW
 @given(models=eye_models(plvc=False), eye=st.sampled_from(EYES), seed=SEEDS)
-def test_channels_that_add_up(surface: EglSurface, models: EyeModels, eye: Eye, seed: int) -> None:
+def test_channels_that_add_up(surface: Surface, models: EyeModels, eye: Eye, seed: int) -> None:
     _check(worst_of_an_eye(surface, models, None, eye, 10, seed))
 
 
 @TWO
 @given(models=eye_models(plvc=True, residual=False), seed=SEEDS)
-def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, seed: int) -> None:
+def test_channels_that_act_on_each_other(surface: Surface, models: EyeModels, seed: int) -> None:
     _check(worst_of_an_eye(surface, models, None, "left", 10, seed))
 
 
@@ -68,7 +67,7 @@ def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels,
     seed=SEEDS,
 )
 def test_crosstalk_and_uneven_panels(
-    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int
+    surface: Surface, models: EyeModels, correction: Correction, eye: Eye, seed: int
 ) -> None:
     _check(worst_of_an_eye(surface, models, correction, eye, 10, seed))
 
@@ -81,7 +80,7 @@ def test_crosstalk_and_uneven_panels(
     seed=SEEDS,
 )
 def test_crosstalk_between_channels_that_act_on_each_other(
-    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int
+    surface: Surface, models: EyeModels, correction: Correction, eye: Eye, seed: int
 ) -> None:
     """In the arithmetic of graphics cards; in doubles: test_colour_pass.py, with what is left over too."""
     words = ("two-floats",)
@@ -90,7 +89,7 @@ def test_crosstalk_between_channels_that_act_on_each_other(
 
 @FEWER
 @given(models=eye_models(plvc=False), seed=SEEDS)
-def test_both_views_in_one_picture(surface: EglSurface, models: EyeModels, seed: int) -> None:
+def test_both_views_in_one_picture(surface: Surface, models: EyeModels, seed: int) -> None:
     mixture = least_squares(EyeModels(models.left, models.left), (0.2, 0.01, 0.0), (0.0, 0.4, 0.3))
     _check(worst_of_a_mixture(surface, models, mixture, 10, seed))
 
@@ -98,12 +97,12 @@ def test_both_views_in_one_picture(surface: EglSurface, models: EyeModels, seed:
 @pytest.mark.parametrize("name", by_family(MODE_NAMES))
 @settings(FEW, max_examples=2)
 @given(models=eye_models(plvc=False), seed=SEEDS)
-def test_every_mode(surface: EglSurface, name: str, models: EyeModels, seed: int) -> None:
+def test_every_mode(surface: Surface, name: str, models: EyeModels, seed: int) -> None:
     both = EyeModels(models.left, models.left) if name == "flat" else models
     _check(worst_in_a_mode(surface, find_mode(name), both, seed))
 
 
-def test_at_the_border_of_the_gamut_where_a_curve_is_almost_flat(surface: EglSurface) -> None:
+def test_at_the_border_of_the_gamut_where_a_curve_is_almost_flat(surface: Surface) -> None:
     """A step too few there leaves 1e-12 of full light, which such a curve shows as a whole code."""
     codes = (0.0, 0.25, 0.5, 0.75, 1.0)
     even, flat = (

@@ -65,25 +65,6 @@ def test_the_panel_comes_from_the_monitor_or_is_asked_for(
     assert (nominal.black_cd_m2, nominal.black_assumed) == (0.3, False)
 
 
-@pytest.mark.nightly
-def test_a_mode_that_is_measured_goes_into_the_file_and_the_others_stay_nominal(
-    tmp_path: Path, cyclopean: Cyclopean
-) -> None:
-    file, readings = tmp_path / "monitor.yaml", tmp_path / "readings.csv"
-    cyclopean("display", "new", "-o", file, *SMALL)
-    before = file.read_text()
-    made = cyclopean("display", "measure", file, "--mode", "side-by-side", "-o", tmp_path / "readings.jsonl",
-                     "--instrument", "simulated", "--backend", "egl", "--settle", "0", "--set", "table_c1",
-                     expect=None)  # fmt: skip
-    assert made.returncode == 0, made.stderr
-    cyclopean("display", "fit", readings, "--mode", "side-by-side", "-o", file)
-    assert file.read_text().startswith(before)
-    display = read_display(file)
-    assert display.nominal_in("side-by-side") is None
-    assert display.nominal_in("top-bottom") == display.nominal
-    assert display.models("side-by-side").left.shown_white_XYZ_cd_m2[1] == pytest.approx(100.0, rel=0.02)
-
-
 def test_in_python_it_has_its_white_its_black_and_its_name(tmp_path: Path, cyclopean: Cyclopean) -> None:
     from cyclopean import display
 
