@@ -11,11 +11,12 @@ from promises import Promise, worst
 from devices.characterise import thesis_display
 from devices.colour import delta_e_2000, lab_to_xyz, xyz_to_lab
 from devices.display import DisplayModel
-from devices.profiles import CubeInput, WrittenProfile, cube_of_model, model_of_profile, profile_of_model
+from devices.profiles import model_of_profile
 from devices.profiles.colour_table import between
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
 from documents.arrays import Floats
+from extensions.profiles import CubeInput, WrittenProfile, cube_of_model, profile_of_model
 from tests.devices.profiles.little_cms import through
 from tests.devices.profiles.profile_bytes import plvc_display
 

@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("tests/runner/blocks", "tests/runner/test_incomplete_pairs.py"),
     ),
     "display": (
-        ("devices/display/*.py", "devices/readings/colour_table.py"),
+        ("devices/display/*.py", "extensions/profiles/converted_table.py"),
         ("tests/devices/display", "tests/devices/test_display_file.py", "tests/devices/readings"),
     ),
     "compensation": (("devices/compensation/*.py",), ("tests/devices/compensation",)),

@@ -1,4 +1,5 @@
 from .adaptation import adaptation_matrix as adaptation_matrix
+from .adaptation import bradford_matrix as bradford_matrix
 from .ciede2000 import delta_e_2000 as delta_e_2000
 from .ciede2000 import delta_e_2000_of_xyz as delta_e_2000_of_xyz
 from .ciede2000 import delta_e_2000_parts as delta_e_2000_parts

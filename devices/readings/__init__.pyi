@@ -7,8 +7,6 @@ from .colorchecker import AskedColour as AskedColour
 from .colorchecker import asked_of as asked_of
 from .colorchecker import colorchecker_xyY as colorchecker_xyY
 from .colorchecker import colorchecker_XYZ as colorchecker_XYZ
-from .colour_table import Kind as Kind
-from .colour_table import convert_colours as convert_colours
 from .csv_table import read_csv as read_csv
 from .csv_table import write_csv as write_csv
 from .instrument import GarbledError as GarbledError

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from runner.check import CheckOptions
     from runner.presenter.show_options import ShowOptions
     from runner.reports import PowerOptions, ScoresOptions
-    from runner.reports.options import ConvertOptions
     from runner.session.options import SessionOptions
     from runner.studies import StudyOptions
 
@@ -208,28 +207,6 @@ def show_command(file: Path, display: Path, mode: str, options: ShowOptions, as_
     if work.frames_alternated and not shown.closed:
         line = f"{work.frames_alternated} frames in turn, {work.frames_missed} refreshes missed"
         say(line) if as_json else tell([line])
-
-
-@click.command(name="convert")
-@click.argument("file", metavar="[FILE]", default="-")
-@takes("runner.reports.options.ConvertOptions")
-def display_convert_command(file: str, options: ConvertOptions) -> None:
-    """Convert a table of device codes to XYZ, or back; or write a display as an ICC profile or a .cube table.
-
-    With --to code or xyz: reads CSV from FILE or standard input, or the readings of an ArgyllCMS .ti3, and writes CSV
-    to standard output: the columns red,green,blue, in 0..255 or up to --full, become X,Y,Z in cd/m², or the other way
-    about. XYZ include the room's light where the display file has it. Codes are not rounded. Colours outside the gamut
-    become the nearest codes channel by channel; their number is printed on the error stream.
-
-    With --to icc or cube: FILE is the display file. The model of one mode and eye is written for other programs,
-    without the room's light, and how well the file agrees with the model is printed.
-    """
-    from runner.reports.display.convert import convert_display
-
-    warning, lines = convert_display(None if file == "-" else file, options, sys.stdin.buffer)
-    if warning:
-        say(f"cyclopean: {warning}")
-    tell(lines)
 
 
 @click.command(name="list")

@@ -13,10 +13,10 @@ import pytest
 from analysis.comparisons import read_table
 from devices.camera import read_correspondences, read_reference
 from devices.readings import read_measurements
-from devices.readings.colour_table import read_colours
 from devices.readings.sets import read_patches
 from documents import Finding, InputError
 from documents.tables import Form, InColumn, csv_lines, number_in
+from extensions.profiles.converted_table import read_colours
 from stimuli.spectral.curves import read_reflectances
 
 Reader = Callable[[Path], Any]

@@ -12,9 +12,9 @@ import pytest
 from analysis.comparisons import read_table
 from devices.camera import read_correspondences, read_reference
 from devices.readings import read_csv, read_measurements
-from devices.readings.colour_table import read_colours
 from devices.readings.sets import read_patches
 from documents import InputError
+from extensions.profiles import read_colours
 from stimuli.spectral.curves import read_illuminant, read_reflectances, read_sensitivities
 
 Reader = Callable[[Path], Any]

@@ -215,7 +215,7 @@ def _read_readings(path: Path) -> object:
 @cache
 def _profiles() -> tuple[bytes, ...]:
     from devices.display import read_display
-    from devices.profiles import profile_of_model
+    from extensions.profiles import profile_of_model
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "display.yaml")
@@ -411,7 +411,7 @@ def _read_patches(path: Path) -> object:
 
 
 def _read_colours(path: Path) -> object:
-    from devices.readings.colour_table import read_colours
+    from extensions.profiles import read_colours
 
     return read_colours(path, "xyz", 255.0)
 

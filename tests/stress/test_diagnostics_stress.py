@@ -21,10 +21,10 @@ from devices.diagnostics.mixing import added_channels, standard_primaries
 from devices.diagnostics.warm_up import warm_up
 from devices.display import DisplayModel, EyeModels, Plvc, TableCurve
 from devices.errors import DeviceError
-from devices.profiles import WrittenProfile, profile_of_model
 from devices.profiles.profile import profile_of
 from devices.profiles.tag_table import parse_profile_file
 from devices.readings import Measurements
+from extensions.profiles import WrittenProfile, profile_of_model
 from tests.devices.diagnostics import test_drift as planted
 from tests.devices.diagnostics import test_faults as hostile
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings, one_patch

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from devices.characterise import thesis_display
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from devices.profiles import model_of_profile, profile_of_model, read_profile
+from devices.profiles import model_of_profile, read_profile
 from devices.profiles.colour_table import read_table
 from devices.profiles.curves import curve_at, curves_at
 from devices.profiles.profile import profile_of, read_gamma_table
@@ -320,6 +320,8 @@ def test_a_damaged_table_is_refused(tag: bytes, words: str) -> None:
 # Damaged profiles: whatever bytes are cut off or changed, the answer is a reading or a refusal, and comes soon.
 @cache
 def whole_profiles() -> dict[str, bytes]:
+    from extensions.profiles import profile_of_model
+
     readings = Measurements(np.eye(3), np.eye(3) * 50 + 1)
     table = {"vcgt": vcgt(3, 2, [0, 30000, 65535] * 3)}
     return {

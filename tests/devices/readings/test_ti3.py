@@ -18,7 +18,6 @@ from devices.readings import (
     CIE_1931_2,
     OBSERVERS,
     Measurements,
-    convert_colours,
     read_measurements,
     write_csv,
     xyz_from_spectra,
@@ -249,11 +248,6 @@ def test_readings_for_another_observer_are_not_mixed(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match=r"d.ti3: .*1964 10 without spectra"):
         read_sets([tmp_path / "d.ti3"], None)
     assert read_sets([tmp_path / "d.ti3"], None, observer=None)[0].measurements.observer == "CIE 1964 10"
-    with pytest.raises(DeviceError, match="XYZ for CIE 1964 10 without spectra"):
-        convert_colours(tmp_path / "d.ti3", thesis_display(), "code")
-    assert len(convert_colours(tmp_path / "d.ti3", thesis_display(), "code", observer="CIE 1964 10").values) == len(
-        codes
-    )
     with pytest.raises(DeviceError, match="joined: CIE 1931 2, CIE 1964 10"):
         joined([replace(other, observer=CIE_1931_2), other])
 

@@ -15,7 +15,7 @@ from PIL import Image, ImageCms, TiffImagePlugin
 
 from devices.characterise import thesis_display
 from devices.errors import DeviceError
-from devices.profiles import model_of_profile, profile_of_model, read_profile
+from devices.profiles import model_of_profile, read_profile
 from devices.profiles.tag_table import parse_profile_file
 from devices.readings import profile_measurements, read_profile_measurements
 from runner.cli.main import group
@@ -153,6 +153,8 @@ ADAPTATION = np.reshape(CHAD, (3, 3))
 
 def tables(*names: str) -> dict[str, bytes]:
     """Return a table of a display whose primaries and curves are not sRGB's, under ``names``."""
+    from extensions.profiles import profile_of_model
+
     content = parse_profile_file(profile_of_model(thesis_display(), "display", kind="table", points=9).data, "made")
     tag = content.tag("A2B0")
     assert tag is not None

@@ -15,7 +15,6 @@ from PIL import Image, ImageCms, ImageOps
 
 from devices.characterise import thesis_display
 from devices.colour import rgb_to_xyz_matrix, srgb_encoded
-from devices.profiles import profile_of_model
 from documents import InputError
 from stimuli.build import StimulusSet, build_set, export_exr
 from stimuli.pictures import Region, StereoImage
@@ -188,6 +187,8 @@ def test_alpha(tmp_path: Path, suffix: str) -> None:
 
 
 def test_an_embedded_profile_of_matrix_and_curves(tmp_path: Path) -> None:
+    from extensions.profiles import profile_of_model
+
     model = thesis_display()
     data = profile_of_model(model, "display", kind="matrix").data
     codes = pixels()
@@ -356,6 +357,8 @@ def test_a_file_for_each_eye_mpo_and_jps(tmp_path: Path) -> None:
 
 
 def test_two_eyes_must_go_together(tmp_path: Path) -> None:
+    from extensions.profiles import profile_of_model
+
     Image.fromarray(pixels()).save(tmp_path / "l.png")
     Image.fromarray(pixels(size=(12, 9))).save(tmp_path / "r.png")
     Image.fromarray(pixels()[..., 0]).save(tmp_path / "g.png")

@@ -15,18 +15,14 @@ from typing import Literal
 
 import numpy as np
 
-from devices.colour import delta_e_2000, xyz_to_lab
-from devices.colour.adaptation import bradford_matrix
-from devices.display import DisplayModel, GammaTable
-from devices.display.curves import Curve
+from devices.colour import bradford_matrix, delta_e_2000, xyz_to_lab
+from devices.display import Curve, DisplayModel, GammaTable
 from devices.errors import DeviceError
-from devices.profiles import tag_bytes
-from devices.profiles.colour_table import XYZ_RANGE, read_table
-from devices.profiles.profile import D50, profile_of
-from devices.profiles.tag_table import parse_profile_file
+from devices.profiles import D50, XYZ_RANGE, parse_profile_file, profile_of, read_table
 from documents import Finding
 from documents.arrays import Floats
 from documents.files import whole_file, writing
+from extensions.profiles import tag_bytes
 
 ENTRIES = 4096
 _NO_CURVE = b"curv\0\0\0\0\0\0\0\0"

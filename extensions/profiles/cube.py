@@ -14,12 +14,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, rgb_to_xyz_matrix, srgb_decoded, xyz_to_lab
-from devices.colour.adaptation import bradford_matrix
-from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
+from devices.colour import SRGB_PRIMARIES_XY, bradford_matrix, delta_e_2000, rgb_to_xyz_matrix, srgb_decoded, xyz_to_lab
 from devices.display import DisplayModel
 from devices.errors import DeviceError
-from devices.profiles.colour_table import between
+from devices.profiles import between
 from documents import Finding
 from documents.arrays import Floats
 from documents.files import write_whole, writing

@@ -9,9 +9,10 @@ from typing import BinaryIO
 
 from devices.display import Display, read_display
 from devices.errors import DeviceError
-from devices.readings import CIE_1931_2, Kind, convert_colours
+from devices.readings import CIE_1931_2
 from documents import Finding
-from runner.reports.options import ConvertOptions
+from extensions.profiles.converted_table import Kind, convert_colours
+from extensions.profiles.options import ConvertOptions
 
 
 def convert_display(file: str | None, options: ConvertOptions, stream: BinaryIO) -> tuple[str, Sequence[str]]:
@@ -61,7 +62,8 @@ def convert_display(file: str | None, options: ConvertOptions, stream: BinaryIO)
 
 def _written(named: Path, options: ConvertOptions) -> Iterator[str]:
     """Write the model of one mode and eye, and yield what there is to say of the file."""
-    from devices.profiles import write_cube, write_profile
+    from extensions.profiles.cube import write_cube
+    from extensions.profiles.write import write_profile
 
     display, eye, points = read_display(named), options.eye, options.points
     mode = options.mode or display.only_mode()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from devices.display.model import DisplayModel
+from devices.display import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
 from documents.tables import Form, InColumn, csv_lines, decoded
@@ -95,8 +95,7 @@ def convert_colours(
 def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer: str = DEFAULT_OBSERVER) -> ColourTable:
     """Read codes in 0..``full``, or XYZ; errors as `convert_colours`."""
     if isinstance(file, str | Path) and str(file).lower().endswith(".ti3"):
-        from devices.readings.read import read_measurements
-        from devices.readings.spectra import for_observer
+        from devices.readings import for_observer, read_measurements
 
         readings = read_measurements(file)
         if kind == "xyz":

@@ -1,0 +1,10 @@
+from .converted_table import convert_colours as convert_colours
+from .converted_table import read_colours as read_colours
+from .cube import CubeInput as CubeInput
+from .cube import WrittenCube as WrittenCube
+from .cube import cube_of_model as cube_of_model
+from .cube import write_cube as write_cube
+from .write import ProfileKind as ProfileKind
+from .write import WrittenProfile as WrittenProfile
+from .write import profile_of_model as profile_of_model
+from .write import write_profile as write_profile
