@@ -132,15 +132,6 @@ def test_camps_are_said_where_they_are_likelier_than_the_level(observers: int, a
     assert ("two camps" in found.methods) == (of is not None)
 
 
-def test_the_same_design_and_seed_have_the_same_number_and_another_seed_nearly() -> None:
-    first, again = (smallest_difference(ALL_PAIRS[8], 12) for _ in range(2))
-    other = known(smallest_difference(ALL_PAIRS[8], 12, seed=1))
-    assert first is not None
-    assert first == again
-    assert first.nats != other.nats
-    assert other.nats == pytest.approx(first.nats, rel=0.12)  # four standard errors of 3 %
-
-
 def test_what_cannot_be_said_is_none() -> None:
     apart = np.zeros(6, dtype=np.int64)
     apart[[0, 5]] = 1  # a with b, c with d
