@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from promises import Promise, worst
 
 from devices.colour import linear_srgb_matrix, xyz_to_lab
-from stimuli.measures import ViewingConditions, kernels_1996, measure_named, pu21_encoded
-from stimuli.measures.scielab_1996 import OPPONENT_FROM_XYZ
+from extensions.measures import kernels_1996, pu21_encoded
+from extensions.measures.scielab_1996 import OPPONENT_FROM_XYZ
+from stimuli.measures import ViewingConditions, measure_named
 
 SIZE_PX = sized((768, 1024), (96, 128))
 PIXELS_PER_DEGREE = 45.0

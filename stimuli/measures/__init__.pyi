@@ -8,17 +8,12 @@ from .pictures import measure_pairs as measure_pairs
 from .pictures import measure_pictures as measure_pictures
 from .pictures import measures_for as measures_for
 from .pictures import reduced as reduced
-from .pu_measures import pu21_decoded as pu21_decoded
-from .pu_measures import pu21_encoded as pu21_encoded
 from .registry import MEASURES as MEASURES
 from .registry import measure_named as measure_named
 from .registry import measure_names as measure_names
 from .registry import measures_named as measures_named
 from .registry import package_of as package_of
 from .scielab import SeenPicture as SeenPicture
-from .scielab_1996 import SCielab1996 as SCielab1996
-from .scielab_1996 import kernels_1996 as kernels_1996
-from .scielab_1996 import seen_1996 as seen_1996
 from .table import MeasureRow as MeasureRow
 from .table import MeasureTable as MeasureTable
 from .table import printed as printed

@@ -34,18 +34,11 @@ def _wrong(name: str, kind: Any) -> str | None:
     return None
 
 
-# In the order in which they are printed.
 MEASURES: Registry[type[Measure]] = Registry(
     "cyclopean.measures",
     {
         "delta-e-2000": "stimuli.measures.difference_map:DeltaE2000",
         "s-cielab": "stimuli.measures.scielab:SCielab",
-        "s-cielab-1996": "stimuli.measures.scielab_1996:SCielab1996",
-        "flip": "stimuli.measures.flip:Flip",
-        "hdr-flip": "stimuli.measures.flip:HdrFlip",
-        "pu-ssim": "stimuli.measures.pu_measures:PuSsim",
-        "pu-psnr": "stimuli.measures.pu_measures:PuPsnr",
-        "cvvdp": "stimuli.measures.cvvdp:ColorVideoVDP",
     },
     _wrong,
 )

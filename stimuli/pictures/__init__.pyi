@@ -9,7 +9,6 @@ from .exr_write import write_exr as write_exr
 from .find import FoundPicture as FoundPicture
 from .find import find_pictures as find_pictures
 from .ordinary import read_ordinary as read_ordinary
-from .packing import PACKINGS as PACKINGS
 from .packing import Packing as Packing
 from .picture_header import is_ordinary as is_ordinary
 from .read import read_picture as read_picture
@@ -19,6 +18,7 @@ from .resampling import resample_picture as resample_picture
 from .resolution import display_resolution as display_resolution
 from .rows import RowFile as RowFile
 from .rows import Rows as Rows
+from .rows import bands_with_margin as bands_with_margin
 from .rows import block_means as block_means
 from .stereo_image import Eye as Eye
 from .stereo_image import StereoImage as StereoImage

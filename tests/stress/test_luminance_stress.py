@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from devices.characterise import table_c1_codes
 from devices.characterise.thesis import thesis_fits
 from devices.display import DisplayModel, ToneCurve
+from extensions.measures import pu21_decoded, pu21_encoded
 from stimuli.comparison import summarise
 from stimuli.errors import StimulusError
 from stimuli.luminance import contrast_over_exposure, picture_statistics
@@ -26,8 +27,6 @@ from stimuli.measures import (
     measure_names,
     measure_pairs,
     measure_pictures,
-    pu21_decoded,
-    pu21_encoded,
 )
 from stimuli.pictures import StereoImage, resample_picture, rows
 from stimuli.pictures.resampling import Filter, axis_weights

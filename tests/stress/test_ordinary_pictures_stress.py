@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import OpenImageIO as oiio
@@ -23,7 +23,6 @@ from documents import InputError
 from stimuli.build import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import (
-    PACKINGS,
     REC709,
     Packing,
     Region,
@@ -91,7 +90,7 @@ def test_every_format_depth_and_space(tmp_path: Path, kind: str, channels: int, 
     np.testing.assert_allclose(image.left, expected, rtol=1e-6, atol=1e-7)
 
 
-@pytest.mark.parametrize("packing", [packing for packing in PACKINGS if packing != "none"])
+@pytest.mark.parametrize("packing", [packing for packing in get_args(Packing) if packing != "none"])
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_every_packing_turned_every_way(tmp_path: Path, packing: Packing, orientation: int) -> None:
     """Each eye's own grey comes out for that eye, however the camera was held."""

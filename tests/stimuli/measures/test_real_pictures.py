@@ -12,7 +12,8 @@ from skimage.metrics import structural_similarity
 
 from devices.colour import linear_srgb_matrix
 from devices.eyes import AnyEye
-from stimuli.measures import MeasureTable, ViewingConditions, measure_pictures, pu21_encoded
+from extensions.measures import pu21_encoded
+from stimuli.measures import MeasureTable, ViewingConditions, measure_pictures
 from stimuli.pictures import StereoImage, read_exr
 from tests.kept import known
 

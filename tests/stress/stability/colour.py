@@ -21,8 +21,8 @@ from devices.colour import (
     xyz_to_lab,
 )
 from devices.errors import DeviceError
-from stimuli.measures import pu21_decoded, pu21_encoded
-from stimuli.measures.pu_measures import _P
+from extensions.measures import pu21_decoded, pu21_encoded
+from extensions.measures.pu_measures import _P
 from tests.stress.stability import sixty_digits as s
 from tests.stress.stability.routine import Routine, gives, refuses
 

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from devices.colour import linear_srgb_matrix
 from documents.arrays import Floats, Floats32
 from stimuli.errors import StimulusError
-from stimuli.measures.measure import EyeMeasured, MapMeasure
-from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Rows, bands, bands_with_margin
+from stimuli.measures import EyeMeasured, MapMeasure, ViewingConditions
+from stimuli.pictures import Rows, bands_with_margin
 
 # Beyond this the filters, which run over pixels, take minutes for a picture of a million.
 MOST_PIXELS_PER_DEGREE = 2000.0
@@ -125,7 +124,7 @@ class HdrFlip(_FlipKind):
 
         height, width = reference_XYZ.shape[:2]
         luminance = np.empty((height, width), dtype=np.float32)
-        for band in bands((height, width)):
+        for band, _, _ in bands_with_margin((height, width), 0):
             luminance[band] = _linear(reference_XYZ[band], matrix) @ _LUMINANCE
         middle = np.partition(luminance, luminance.size // 2, axis=None)[luminance.size // 2]
         if luminance.max() <= _LEAST:

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from devices.colour import xyz_to_lab
 from documents.arrays import Floats, Floats32
 from stimuli.errors import StimulusError
-from stimuli.measures.measure import EyeMeasured, MapMeasure
-from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Rows, bands_with_margin
+from stimuli.measures import EyeMeasured, MapMeasure, ViewingConditions
+from stimuli.pictures import Rows, bands_with_margin
 
 # Rows: black-white, red-green and blue-yellow, of XYZ of the 2° observer.
 OPPONENT_FROM_XYZ = np.array(

@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from documents.arrays import Floats32
 from stimuli.errors import StimulusError
-from stimuli.measures.measure import MapMeasure
-from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Rows, bands, bands_with_margin
+from stimuli.measures import MapMeasure, ViewingConditions
+from stimuli.pictures import Rows, bands_with_margin
 
 # p1 to p7 of the encoding for banding and glare, as published with the article.
 _P = (0.353487901, 0.3734658629, 8.277049286e-05, 0.9062562627, 0.09150303166, 0.9099517204, 596.3148142)
@@ -150,7 +149,7 @@ class PuPsnr(MapMeasure):
     def error_map(self, reference_XYZ: Rows, test_XYZ: Rows, viewing: ViewingConditions) -> Floats32:
         """Return the size of each pixel's difference in PU21's units, float32 (height, width)."""
         errors = np.empty(reference_XYZ.shape[:2], dtype=np.float32)
-        for band in bands(reference_XYZ.shape):
+        for band, _, _ in bands_with_margin(reference_XYZ.shape, 0):
             first, second = (pu21_encoded(picture[band][..., 1]) for picture in (reference_XYZ, test_XYZ))
             errors[band] = np.abs(first - second)
         return errors

@@ -15,9 +15,8 @@ import numpy as np
 
 from documents.arrays import Floats32
 from stimuli.errors import StimulusError
-from stimuli.measures.measure import EyeMeasured, Measure
-from stimuli.measures.viewing import ViewingConditions
-from stimuli.pictures.rows import Rows, bands
+from stimuli.measures import EyeMeasured, Measure, ViewingConditions
+from stimuli.pictures import Rows, bands_with_margin
 
 # The range of light that the metric is made for; what lies outside takes its ends.
 LEAST_CD_M2, MOST_CD_M2 = 0.005, 10_000.0
@@ -107,6 +106,6 @@ def _in_range(picture: Rows) -> Floats32:
 def _outside(picture: Rows) -> float:
     """Return the percentage of pixels whose light is beyond the metric's range."""
     outside = 0
-    for band in bands(picture.shape):
+    for band, _, _ in bands_with_margin(picture.shape, 0):
         outside += int(((picture[band] < LEAST_CD_M2) | (picture[band] > MOST_CD_M2)).any(axis=-1).sum())
     return 100.0 * outside / (picture.shape[0] * picture.shape[1])

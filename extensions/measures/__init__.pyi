@@ -1,0 +1,10 @@
+from .cvvdp import ColorVideoVDP as ColorVideoVDP
+from .flip import Flip as Flip
+from .flip import HdrFlip as HdrFlip
+from .pu_measures import PuPsnr as PuPsnr
+from .pu_measures import PuSsim as PuSsim
+from .pu_measures import pu21_decoded as pu21_decoded
+from .pu_measures import pu21_encoded as pu21_encoded
+from .scielab_1996 import SCielab1996 as SCielab1996
+from .scielab_1996 import kernels_1996 as kernels_1996
+from .scielab_1996 import seen_1996 as seen_1996
