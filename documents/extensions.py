@@ -17,7 +17,7 @@ import importlib
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from documents.files.atomic import write_whole
 from documents.files.cached_json import read_cached_json
-from documents.findings import Finding, InputError, WorkError
+from documents.findings import Finding, InputError, WorkError, shortened
 from documents.platform import user_folder
-from documents.text import did_you_mean
+from documents.text import did_you_mean, visible
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -37,6 +37,7 @@ INTERFACE = 1
 
 OWN = "cyclopean"
 _DECLARED = "CYCLOPEAN_INTERFACE"
+_SHOWN = 80  # letters of a name
 
 Kind = TypeVar("Kind")
 
@@ -52,15 +53,20 @@ class Offer:
     version: str
 
     def __str__(self) -> str:
-        return f"{self.package} {self.version}"
+        return visible(shortened(f"{self.package} {self.version}".strip(), _SHOWN))
+
+    @property
+    def shown(self) -> str:
+        """The name, as people read it."""
+        return visible(shortened(self.name, _SHOWN))
 
 
 class ExtensionError(InputError):
     """An extension that cannot be used: it does not load, is of another interface, or claims a name that is taken."""
 
     def __init__(self, offer: Offer, what: str, remedy: str | None = None) -> None:
-        self.offer, self.reason = offer, what
-        message = f"the extension {offer} cannot give '{offer.name}' ({offer.group}): {what}"
+        self.offer, self.reason = offer, visible(shortened(what))
+        message = f"the extension {offer} cannot give '{offer.shown}' ({offer.group}): {self.reason}"
         mend = "install cyclopean again" if offer.package == OWN else f"leave it out: pip uninstall {offer.package}"
         remedy = remedy or f"mend it, or {mend}"
         super().__init__(Finding(message, remedy=remedy, code="extension"))
@@ -103,8 +109,10 @@ class Environment:
         for each in distributions() if self._path is None else distributions(path=list(self._path)):
             with suppress(Exception):  # a package whose own files are broken is nobody's extension
                 points = [point for point in each.entry_points if point.group.startswith(f"{OWN}.")]
-                given = [Offer(point.group, point.name, point.value, each.name, each.version) for point in points]
-                offers.setdefault(each.name, given)  # the first one of a name is the one that is imported
+                package, version = (str(each.metadata[key] or "") for key in ("Name", "Version"))
+                given = [Offer(point.group, point.name, point.value, package, version) for point in points]
+                if package:  # nobody could say which to leave out
+                    offers.setdefault(package, given)  # the first one of a name is the one that is imported
         found = tuple(offer for _, given in sorted(offers.items()) for offer in given)
         if found != self._kept:
             with suppress(OSError, InputError):
@@ -127,7 +135,8 @@ class Environment:
 
     def again(self, offer: Offer) -> Offer | None:
         """Return what offers the same name now, the cache being out of date; None where nothing does."""
-        self.scan()
+        if "_scanned" not in vars(self):
+            self.scan()
         return next(iter(self.named(offer.group, offer.name)), None)
 
 
@@ -174,7 +183,7 @@ class Registry(Mapping[str, Kind]):
         usable = []
         for name in sorted({offer.name for offer in self._environment.all(self.group)} - set(self._own)):
             with suppress(ExtensionError):
-                usable += [name] if self[name] else []
+                usable += [name] if self[name] is not None else []
         return (*self._own, *usable)
 
     def __getitem__(self, name: str) -> Kind:
@@ -260,27 +269,29 @@ class Registry(Mapping[str, Kind]):
 
     def problems(self) -> Iterator[ExtensionError]:
         """Yield what is wrong with each name that is offered in the environment, also where it is one of ours."""
-        own, offers = self.own(), self._environment.all(self.group)
-        for offer in {(offer.package == OWN, offer.name): offer for offer in offers}.values():
+        own = self.own()
+        for offer in self._environment.all(self.group):
             try:
                 if offer.name in own and offer.package != OWN:
                     raise ExtensionError(offer, "cyclopean has a kind of that name itself, which is used")
                 self[offer.name]
             except ExtensionError as problem:
-                yield problem
+                yield problem if problem.offer.package == offer.package else _taken(offer, problem.offer)
 
     def _offered(self, name: str) -> Offer | None:
         offers = self._environment.named(self.group, name)
         offers = [offer for offer in offers if offer.package == OWN] or offers
         if len(offers) > 1:
-            raise ExtensionError(offers[0], f"{offers[1]} offers the same name", f"pip uninstall {offers[1].package}")
+            raise _taken(*offers[:2])
         return offers[0] if offers else None
 
     def _load(self, offer: Offer) -> Kind:
         module, _, attribute = offer.target.partition(":")
         try:
-            kind: Kind = _attribute(offer.target)
-        except Exception as error:
+            # What a package prints is no part of what ours does; one that ends the program ends nothing.
+            with nullcontext() if offer.package == OWN else redirect_stdout(sys.stderr):
+                kind: Kind = _attribute(offer.target)
+        except (Exception, SystemExit) as error:
             # What is out of date in the cache is looked up again, once.
             if (now := self._environment.again(offer)) != offer:
                 if now is None:
@@ -291,7 +302,11 @@ class Registry(Mapping[str, Kind]):
             declared = getattr(sys.modules.get(module.partition(".")[0]), _DECLARED, None)
             if declared != INTERFACE:
                 raise ExtensionError(offer, *_other_interface(module.partition(".")[0], declared))
-        if wrong := self._fits(offer.name, kind):
+        try:
+            wrong = self._fits(offer.name, kind)
+        except Exception as error:
+            wrong = f"cannot be looked at ({_said(error)})"
+        if wrong:
             raise ExtensionError(offer, f"{attribute} of {module} {wrong}")
         return kind
 
@@ -323,7 +338,11 @@ def version_of(offer: Offer) -> str:
         return offer.version
 
 
-def _said(error: Exception) -> str:
+def _taken(offer: Offer, other: Offer) -> ExtensionError:
+    return ExtensionError(offer, f"{other} offers the same name", f"pip uninstall {other.package}")
+
+
+def _said(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
 
 

@@ -32,13 +32,14 @@ class Finding:
 
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
-        message = _short(self.message)
+        message = shortened(self.message)
         text = f"{place}: {message}" if place else message
-        return visible(f"{text} ({_short(self.remedy)})" if self.remedy else text)
+        return visible(f"{text} ({shortened(self.remedy)})" if self.remedy else text)
 
 
-def _short(text: str) -> str:
-    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 1]}…"
+def shortened(text: str, most: int = _SHOWN) -> str:
+    """Return a text of at most so many characters; where it is cut, an ellipsis says so."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 class WorkError(RuntimeError):

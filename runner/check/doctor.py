@@ -371,7 +371,7 @@ def _extensions() -> dict[str, tuple[str, ...]]:
     wrong = {problem.offer: problem.reason for problems in known.values() for problem in problems}
     told: dict[str, list[str]] = {}
     for offer in dict.fromkeys([*installed(), *wrong]):
-        what = f"{offer.name} ({offer.group.rpartition('.')[2]})"
+        what = f"{offer.shown} ({offer.group.rpartition('.')[2]})"
         reason = wrong.get(offer) if offer.group in known else f"this version has no {offer.group}"
         told.setdefault(str(offer), []).append(f"! {what} cannot be used: {reason}" if reason else what)
     return {package: tuple(words) for package, words in told.items()}

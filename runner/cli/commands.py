@@ -308,4 +308,4 @@ def help_command(ctx: click.Context, words: tuple[str, ...]) -> None:
 
         offers = [offer for offer in installed() if offer.group == commands().group]
         tell(["\nCommands of other packages:"] if offers else [])
-        tell(f"  {offer.name.replace('.', ' ')}  of {offer}" for offer in offers)
+        tell(f"  {offer.shown.replace('.', ' ')}  of {offer}" for offer in offers)

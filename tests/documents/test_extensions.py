@@ -97,8 +97,19 @@ def test_what_the_cache_says_is_looked_up_again_where_it_is_out_of_date(install:
         (SOUND.replace("Jug(Thing)", "Jug(FileModel)"), "Thing"),
         (SOUND.replace('"jug"', '"mug"'), "mug"),
         ("CYCLOPEAN_INTERFACE = 1", "Jug"),
+        ("raise SystemExit(3)", "SystemExit: 3"),
+        (f"{SOUND}    __class_getitem__ = None\nJug.model_fields = None", "cannot be looked at"),
     ],
-    ids=["raises", "no interface", "another interface", "no such kind", "another name", "nothing there"],
+    ids=[
+        "raises",
+        "no interface",
+        "another interface",
+        "no such kind",
+        "another name",
+        "nothing there",
+        "leaves",
+        "odd",
+    ],
 )
 def test_one_that_cannot_be_used_costs_nobody_else_anything(
     text: str, said: str, install: Install, tmp_path: Path
@@ -120,6 +131,8 @@ def test_a_package_whose_own_files_are_broken_hides_nobody(install: Install, tmp
     install("rubble", SOUND, bowl="Jug")
     (tmp_path / "site/rubble-0.dist-info/METADATA").unlink()
     (tmp_path / "site/rubble-0.dist-info/entry_points.txt").write_bytes(b"[cyclopean.things\xff")
+    install("nameless", SOUND, bowl="Jug")
+    (tmp_path / "site/nameless-0.dist-info/METADATA").write_text("Version: 1.0\n")
     assert _registry(tmp_path).names() == ("cup", "jug")
 
 
@@ -132,7 +145,7 @@ def test_a_name_that_is_taken_is_refused(install: Install, tmp_path: Path) -> No
         things.get("jug")
     assert things["cup"] is Cup
     assert things.names() == ("cup",)
-    assert [problem.findings[0].message.split()[2] for problem in things.problems()] == ["pottery", "shadow"]
+    assert [problem.findings[0].message.split()[2] for problem in things.problems()] == ["pottery", "rival", "shadow"]
 
 
 @pytest.mark.parametrize("registry", [REGISTRIES[0], *nightly(*REGISTRIES[1:])], ids=lambda registry: registry.group)
