@@ -40,6 +40,7 @@ def describe(
     covariance: CovarianceChoice | None = None,
     rule: Filter | None = None,
     given: Mapping[str, str] | None = None,
+    part: str | None = None,
 ) -> Report:
     """Compute all results of the sessions of an experiment.
 
@@ -53,6 +54,8 @@ def describe(
         Which observers to leave out; nobody if None, but simulated observers do not count beside people.
     given
         Facts for Methods that no log holds, by the code of their item (`analysis.report.METHODS_ITEMS`).
+    part
+        The name of the one part to make, as records have it, without scores, other parts and Methods; None makes all.
 
     Returns
     -------
@@ -62,8 +65,8 @@ def describe(
     Raises
     ------
     ResultsError
-        If the sessions cannot be analysed together, have no answer or a damaged record, or ``given`` names something
-        else; as `analysis.observers.filters`.
+        If the sessions cannot be analysed together, have no answer or a damaged record, or ``given`` or ``part`` names
+        something else; as `analysis.observers.filters`.
 
     Examples
     --------
@@ -87,14 +90,14 @@ def describe(
         files = ", ".join(str(session.file) for session in remaining[:3])
         what = "the results hold no answer"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
-    pairs, grouped = _compared(remaining, alpha, adjust, covariance)
+    pairs, grouped = (None, None) if part else _compared(remaining, alpha, adjust, covariance)
     compared = pairs or grouped
-    parts, not_made = parts_of(remaining, lambda: {*_KEYS, *(compared.to_json() if compared else ())})
+    parts, not_made = parts_of(remaining, lambda: {*_KEYS, *(compared.to_json() if compared else ())}, part or "")
     notes = [*kept.notes]
-    notes += compared.notes if compared else [*on_sessions(remaining), *_without_scores(remaining)]
-    said = {sentence for part in parts for sentence in part.sentences}  # they are in the head of the page
+    notes += compared.notes if compared else [*on_sessions(remaining), *(() if part else _without_scores(remaining))]
+    said = {sentence for one in parts for sentence in one.sentences}  # they are in the head of the page
     notes = [note for note in notes if note not in said]
-    notes += [note for part in parts for note in part.notes]
+    notes += [note for one in parts for note in one.notes]
     observers = None
     if compared:
         observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
@@ -111,11 +114,12 @@ def describe(
         parts=parts,
         notes=tuple(dict.fromkeys(notes)),
         failed=failed_checks(
-            remaining, compared, observers, [*not_made, *(failed for part in parts for failed in part.failed)]
+            remaining, compared, observers, [*not_made, *(failed for one in parts for failed in one.failed)]
         ),
+        part=part or "",
     )
     report = replace(report, conclusions=conclusions_of(report))
-    return replace(report, methods=methods_of(report, given or {}))
+    return report if part else replace(report, methods=methods_of(report, given or {}))
 
 
 def _compared(

@@ -42,6 +42,7 @@ def write_report(
     covariance: CovarianceChoice | None = None,
     rule: Filter | None = None,
     given: Mapping[str, str] | None = None,
+    part: str | None = None,
     published: Published | None = None,
     thumbnails: Thumbnails | None = None,
     csv_folder: Path | None = None,
@@ -52,7 +53,7 @@ def write_report(
 
     Parameters
     ----------
-    sessions, alpha, adjust, covariance, rule, given
+    sessions, alpha, adjust, covariance, rule, given, part
         As `analysis.report.describe`.
     output
         The page. Its folder is made if it does not exist.
@@ -94,7 +95,7 @@ def write_report(
     >>> report.kinds
     ('Paired comparisons',)
     """
-    report = describe(sessions, alpha, adjust, covariance, rule, given)
+    report = describe(sessions, alpha, adjust, covariance, rule, given, part)
     page = page_of(report, published, thumbnails)
     html, sections = page_html(page), page.sections
     if figure_folder is not None:
@@ -130,6 +131,10 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     """Return the sections that have records."""
     thumbnails = readable(thumbnails)
     pictures = beside(thumbnails)
+    if report.part:
+        concluded = conclusions_section(report.conclusions, ())
+        shown = (*(one.sections(pictures) for one in report.parts), *(one.observers() for one in report.parts))
+        return (*filter(None, (concluded,)), *(section for sections in shown for section in sections))
     pairs, grouped = report.pairs, report.groups
     compared = pairs or grouped
     in_groups = {name: [item.name for item in part.scores.items] for name, part in (grouped.groups if grouped else ())}

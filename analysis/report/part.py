@@ -7,14 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.classes.conclusions import Conclusion
+from analysis.errors import ResultsError
 from analysis.kinds.kinds import KINDS
 from analysis.records.session_record import SessionLog
 from analysis.report.checks import FailedCheck
 from analysis.report.references import Citations
 from analysis.scaling.robust_tests import SEED, draws_for
 from analysis.series import observer_means
+from documents import Finding
 from documents.extensions import ExtensionError, Registry
 from documents.pages import Section
+from documents.text import did_you_mean
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,16 +84,28 @@ PARTS: Registry[Callable[[Sequence[SessionLog]], Part | None]] = Registry(
 
 
 def parts_of(
-    sessions: Sequence[SessionLog], taken: Callable[[], Collection[str]] = tuple
+    sessions: Sequence[SessionLog], taken: Callable[[], Collection[str]] = tuple, only: str = ""
 ) -> tuple[tuple[Part, ...], tuple[FailedCheck, ...]]:
     """Return the parts that have answers in ``sessions``, in the order of the kinds that name them.
 
     A part of another package that cannot be made, or whose key is another's or one that ``taken`` returns, is a failed
-    check, and the others stay as they are.
+    check, and the others stay as they are. ``only`` is the name of the one that is made, where not all are.
+
+    Raises
+    ------
+    ResultsError
+        If no trial of the sessions names ``only``.
     """
+    names = dict.fromkeys(record.report_part for record in KINDS.values())
+    if only:
+        there = sorted({trial.report_part for session in sessions for trial in session.trials} - {""})
+        if only not in there:
+            remedy = did_you_mean(only, there) if there else "leave it out"
+            raise ResultsError(Finding(f"the results have no part '{only}'", remedy=remedy))
+        names = {only: None}
     parts: list[Part] = []
     failed = []
-    for name in dict.fromkeys(filter(None, (record.report_part for record in KINDS.values()))):
+    for name in filter(None, names):
         try:
             part = _part(name, sessions, taken, [one.key for one in parts])
         except ExtensionError as error:

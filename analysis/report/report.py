@@ -56,6 +56,8 @@ class Report(JsonResult):
         What a Methods section says, item by item, with blanks for what nobody recorded.
     conclusions
         What is concluded of each question, the headline first.
+    part
+        The name of the one part that was asked for; empty where all were.
     """
 
     header: Header
@@ -72,6 +74,7 @@ class Report(JsonResult):
     failed: tuple[FailedCheck, ...]
     methods: Methods = field(default_factory=Methods)
     conclusions: tuple[Conclusion, ...] = ()
+    part: str = ""
     json_keys: ClassVar = {
         "kept": "left_out",
         "pairs": "*",
@@ -90,7 +93,8 @@ class Report(JsonResult):
     def kinds(self) -> tuple[str, ...]:
         """The kinds of tasks, in words, such as "Paired comparisons"."""
         kinds = dict.fromkeys(trial.kind for session in self.sessions for trial in session.trials)
-        headings = (record.heading for kind, record in KINDS.items() if kind in kinds)
+        records = (record for kind, record in KINDS.items() if kind in kinds)
+        headings = (record.heading for record in records if self.part in ("", record.report_part))
         return tuple(dict.fromkeys(filter(None, headings)))
 
     @property

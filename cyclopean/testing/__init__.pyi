@@ -9,4 +9,5 @@ from .measures import prove_measure as prove_measure
 from .promises import BrokenPromiseError as BrokenPromiseError
 from .readers import prove_reader as prove_reader
 from .recipes import prove_recipe as prove_recipe
+from .report_parts import prove_report_part as prove_report_part
 from .scalings import prove_scaling as prove_scaling

@@ -135,12 +135,12 @@ class Study:
         """The experiment, as it is run."""
         return read_experiment(self.experiment)
 
-    def run(self, name: str, **options: Any) -> SessionLog:
-        """Run a session, into a folder of that name, and read its log."""
+    def run(self, name: str, observer: str = "01", **options: Any) -> SessionLog:
+        """Run a session of an observer, into a folder of that name, and read its log."""
         answers: dict[str, Any] = {} if "replay" in options else {"simulate": self._observers}
         results, listeners = self.folder / name, (self, *options.pop("listeners", ()))
         given = SessionOptions(results, backend=self._backend, listeners=listeners, **answers, **options)
-        run_session(self.experiment, "01", given)
+        run_session(self.experiment, observer, given)
         return read_session(next(session_files(results)))
 
     def goes_on(self, log: SessionLog, kept: bytes) -> list[tuple[Any, ...]]:

@@ -38,6 +38,8 @@ class ReportOptions(ClassOptions):
     ----------
     rule
         Which observers to leave out.
+    part
+        Make only this part of the report, such as series, ratings, preferences, thresholds or vision.
     experiment
         Experiment file, for pictures of the stimuli and facts for Methods. Default: experiments/NAME.yaml.
     pictures
@@ -53,6 +55,7 @@ class ReportOptions(ClassOptions):
     """
 
     rule: Filter = field(default_factory=Filter)
+    part: Annotated[str | None, Typed(metavar="NAME")] = None
     experiment: Path | None = None
     pictures: Annotated[bool, Typed("--thumbnails/--no-thumbnails")] = True
     pdf: bool = False

@@ -151,6 +151,7 @@ def report_results(
             adjust=options.adjust,
             covariance=options.covariance,
             rule=options.rule,
+            part=options.part,
             thumbnails=pictures,
             csv_folder=options.csv_folder,
             figure_folder=options.figure_folder,

@@ -107,7 +107,17 @@ READ = {
     *("--jod-zero", "--key", "--layout", "--license", "--margin", "--measures", "--mirror", "--mode", "--mode-option"),
     *("--monitor", "--name", "--noise", "--notes", "--observer", "--observers-from", "--packing", "--pair", "--panel"),
     "--listen",
-    *("--passed", "--photo-corners", "--photograph", "--pixels", "--port", "--question", "--reference", "--regions"),
+    *(
+        "--part",
+        "--passed",
+        "--photo-corners",
+        "--photograph",
+        "--pixels",
+        "--port",
+        "--question",
+        "--reference",
+        "--regions",
+    ),
     *("--rendering-corners", "--replay", "--rig", "--right", "--scheduler", "--scores", "--sensitivities"),
     *(
         "--sensor-mm",
