@@ -19,7 +19,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -70,6 +70,13 @@ class Curve(FileModel):
         """Return codes in 0..1 for linear light (n,) as the shader looks them up, in a table of so many ``entries``."""
         share = (light - self.lift) / (1.0 - self.lift)
         return looked_up_codes(share, curve_table(self, entries).astype(np.float32))
+
+    @property
+    def decides(self) -> Any:
+        """What decides its light, as plain JSON: fields of ours; of others, their light."""
+        if type(self).__module__ == __name__:
+            return self.model_dump()
+        return [float(f"{light:.10g}") for light in self.linear(np.linspace(0.0, 1.0, 257)).tolist()]
 
     def _fill(self, **values: object) -> None:
         """Take ``values`` as a file's would be; DeviceError if they make no curve."""

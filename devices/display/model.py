@@ -186,7 +186,7 @@ class DisplayModel:
     @property
     def numbers(self) -> list[Any]:
         """What decides its colours but for the room's light, as plain JSON: for digests."""
-        curves = [curve.model_dump() for curve in self.curves]
+        curves = [curve.decides for curve in self.curves]
         return [self.black_XYZ_cd_m2.tolist(), self.primaries_XYZ_cd_m2.tolist(), curves]
 
     def channels(self, light: ArrayLike) -> Floats:

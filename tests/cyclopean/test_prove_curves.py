@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cyclopean.testing import BrokenPromiseError, prove_curves
@@ -86,6 +87,12 @@ def test_ours_keep_the_promises(entry: str) -> None:
 def test_a_broken_promise_is_found(said: str) -> None:
     with pytest.raises(BrokenPromiseError, match=said):
         prove_curves("kind: sigmoid, half: 0.5", kind=_kind(BROKEN[said]))
+
+
+def test_a_session_knows_other_curves_with_the_same_numbers() -> None:
+    sound, other = (_kind(BROKEN[said] if said else {})(kind="sigmoid", half=0.5) for said in ("", "curves run from"))  # type: ignore[call-arg]
+    made = [one.model(np.zeros(3), np.eye(3)).numbers for one in (sound, sound, other)]
+    assert made[0] == made[1] != made[2]
 
 
 def test_another_packages_curves_are_read_and_named(
