@@ -25,8 +25,8 @@ def kill(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
         yield killed
 
 
-# A kill in plain trials, with catches and ratings, and in batches; the others nightly.
-FEW = [("rating", 0), ("all_pairs", 2), ("active_pairs", 3)]
+# A kill in plain trials, and in batches; the others nightly.
+FEW = [("rating", 0), ("active_pairs", 3)]
 
 
 def _marks(kind: str, variant: int) -> list[pytest.MarkDecorator]:

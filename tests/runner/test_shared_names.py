@@ -225,6 +225,7 @@ def by_hand(results: Path) -> dict[tuple[str, str], dict[str, float]]:
     }
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("undrawn")
 def test_they_are_reported_by_what_was_rated_and_never_pooled(study: Study) -> None:
     record(study, PRACTICE, PAIRS, RATING)
