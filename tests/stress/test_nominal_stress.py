@@ -268,12 +268,6 @@ def test_leaks_up_to_their_bounds_are_cancelled_or_said_to_be_left(share: float,
     assert (done.left.negative > 0) == (share > 1e-3) or abs(share) < 1e-3
 
 
-@pytest.mark.parametrize("share", [1.001, -1.001, 3.0, -3.0])
-def test_leaks_beyond_their_bounds_are_refused(share: float) -> None:
-    with pytest.raises(DeviceError):
-        check_leakage(Crosstalk(share * np.eye(3), 0.01 * np.eye(3)), PRIMARIES, PRIMARIES)
-
-
 @SOME
 @given(models=eye_models(), room=ROOMS, bad=st.sampled_from([np.nan, np.inf, -np.inf]), seed=SEEDS)
 def test_what_is_no_number_is_counted_and_refused_and_never_a_cost(
