@@ -111,9 +111,11 @@ class Plvc(DisplayModel):
 
     @property
     def numbers(self) -> list[Any]:
-        """What decides its colours but for the room's light and the residual, as plain JSON: for digests."""
+        """What decides its colours but for the room's light, as plain JSON: for digests."""
         curves = [curve.model_dump(include={"codes", "light"}) for curve in self.curves]
         own = [self.XYZ_per_light_cd_m2.tolist(), self.mixtures_XYZ_cd_m2.tolist()]
+        if left := self.residual:
+            own += [left.width, left.knots.tolist(), left.XYZ_cd_m2.tolist()]
         return [self.black_XYZ_cd_m2.tolist(), self.primaries_XYZ_cd_m2.tolist(), curves, *own]
 
     def light_of(self, linear: ArrayLike) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -420,6 +421,17 @@ def smooth(seed: int = 1, size: float = 0.02, count: int = 12, width: float = 0.
     mixtures = 0.01 * rng.uniform(-1, 1, (10, 3)) * white
     residual = Residual(rng.uniform(0, 0.88, (count, 3)), width, size * rng.uniform(-1, 1, (count, 3)) * white)
     return Plvc(np.full(3, 0.05), PRIMARIES, (red, green, blue), own, mixtures, residual)
+
+
+def test_another_residual_is_another_display() -> None:
+    """Else a session would be resumed on it without a word, and costs of clipping be taken from before."""
+    one = smooth(1)
+    assert one.residual is not None
+    wider = replace(one.residual, width=1.1 * one.residual.width)
+    others = [smooth(1, size=0.03), replace(one, residual=wider), replace(one, residual=None)]
+    told = [json.dumps(model.numbers) for model in (one, smooth(1), *others)]
+    assert told[0] == told[1]
+    assert len(set(told)) == 4
 
 
 def residual_twin(model: Plvc, T: Floats) -> Floats:
