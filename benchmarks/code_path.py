@@ -20,7 +20,7 @@ from devices.diagnostics.panel import pixel_independence
 from devices.diagnostics.signal_path import cable_greys, code_steps
 from devices.display.curves import ToneCurve
 from devices.display.model import DisplayModel
-from devices.readings import Measurements, Showing, find_sets, steps
+from devices.readings import Measurements, PatchOnScreen, find_sets, steps
 from devices.readings.simulated import Faults, Simulated
 
 RUNS = sized(25, 1)
@@ -34,7 +34,7 @@ def readings(seed: int, faults: Faults) -> Measurements:
     curve = ToneCurve(gamma=float(np.random.default_rng(seed).uniform(1.9, 2.4)))
     display = DisplayModel(PRIMARIES.sum(axis=1) / 1000, PRIMARIES, (curve, curve, curve))
     instrument = Simulated(display, seed, faults)
-    shown = [Showing(s.label, s.patch.codes, s.position, 0.0, s.patch.codes, s.patch) for s in ORDER]
+    shown = [PatchOnScreen(s.label, s.patch.codes, s.position, 0.0, s.patch.codes, s.patch) for s in ORDER]
     return Measurements(
         np.array([step.patch.codes for step in ORDER]),
         np.array([instrument.read(showing).XYZ_cd_m2 for showing in shown]),

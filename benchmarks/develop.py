@@ -22,7 +22,7 @@ from promises import Promise, times_as_fast, worst
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import RGB, Mosaic, by_bands, interpolate
 from stimuli.develop.raw_files import DEMOSAICS, read_raw
-from stimuli.sparkle.measures.find import Cutoff
+from stimuli.sparkle.measures.find import SparkleThreshold
 from stimuli.sparkle.measures.measure import measure_sparkles
 from stimuli.spectral.bands import read_spectral
 from stimuli.spectral.convert import spectral_to_xyz
@@ -121,7 +121,9 @@ def light_rows(folder: Path, name: str, truth: NDArray[np.float64]) -> list[dict
         small = len(drawn) // len(found)
         off = (_averaged(found, SHOWN // small) - _averaged(drawn, SHOWN))[2:-2, 2:-2]
         aim = _averaged(drawn, small)
-        seen, there = (measure_sparkles(one[..., 1].astype(np.float32), Cutoff(times=2)) for one in (found, aim))
+        seen, there = (
+            measure_sparkles(one[..., 1].astype(np.float32), SparkleThreshold(times=2)) for one in (found, aim)
+        )
         note = f"mean X, Y, Z off by {_shares((found - aim)[8:-8, 8:-8], aim)}; {seen.count.value:.0f} sparkles of "
         note += f"{there.count.value:.0f}"
         if there.count.value:

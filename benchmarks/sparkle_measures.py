@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
 from documents.arrays import Floats
-from stimuli.sparkle.measures.find import Cutoff
+from stimuli.sparkle.measures.find import SparkleThreshold
 from stimuli.sparkle.measures.measure import measure_sparkles
 
 Picture = NDArray[np.float32]
@@ -44,7 +44,7 @@ def planted(noise: float, sparkles: int = SPARKLES) -> tuple[Picture, Floats]:
 
 def ours(picture: Picture) -> Floats:
     """Return the places of sparkles twice as bright as their background."""
-    found = measure_sparkles(picture, Cutoff(times=2.0)).moments
+    found = measure_sparkles(picture, SparkleThreshold(times=2.0)).moments
     return np.stack([found.row_px, found.column_px], axis=-1)
 
 

@@ -17,7 +17,7 @@ from devices.display.curves import ToneCurve
 from devices.display.display_file import EyeModels
 from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
-from devices.readings import Patch, Showing
+from devices.readings import Patch, PatchOnScreen
 from devices.readings.colorchecker import asked_of
 from devices.readings.simulated import Faults, Simulated, SimulatedDisplay
 from runner.measuring.code_screen import CodeScreen
@@ -50,7 +50,7 @@ def run() -> dict[str, object]:
 
     def read(screen: PatchScreen, patch: Patch) -> tuple[float, float, float]:
         shown = screen.show_patch(patch, "both")
-        return instrument.read(Showing(patch.name, shown.own, 0, 0.0, shown.other, patch, shown.place)).XYZ_cd_m2
+        return instrument.read(PatchOnScreen(patch.name, shown.own, 0, 0.0, shown.other, patch, shown.place)).XYZ_cd_m2
 
     rows = []
     with open_surface("egl", SIZE) as surface:

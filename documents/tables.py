@@ -38,7 +38,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True, slots=True)
-class InColumn:
+class ColumnSpec:
     """A column of a table.
 
     Attributes
@@ -174,13 +174,13 @@ class Form:
         What every other column with a name is, under its own name; None leaves them alone.
     """
 
-    columns: tuple[InColumn, ...]
+    columns: tuple[ColumnSpec, ...]
     what: str = "table"
     error: type[InputError] = InputError
     most_bytes: int = 10_000_000
-    instead: tuple[tuple[InColumn, ...], ...] = ()
+    instead: tuple[tuple[ColumnSpec, ...], ...] = ()
     misspelt: bool = False
-    others: InColumn | None = None
+    others: ColumnSpec | None = None
 
     def read(self, path: str | os.PathLike[str], more: Callable[[Cells], Iterable[Finding]] = _nothing_more) -> Cells:
         """Return the table in the file at ``path``, as `parse` does.
@@ -218,7 +218,7 @@ class Form:
 
         Examples
         --------
-        >>> form = Form((InColumn("X", unit="cd/m²"), InColumn("name", text=True, needed=False)))
+        >>> form = Form((ColumnSpec("X", unit="cd/m²"), ColumnSpec("name", text=True, needed=False)))
         >>> table = form.parse("X (cd/m2);name\n0,5;a\n12;b\n", "seen.csv")
         >>> table.numbers("X").tolist(), table.texts("name")
         ([0.5, 12.0], ['a', 'b'])
@@ -261,7 +261,7 @@ class Form:
             line = lines[min(before, len(lines) - 1)][0]
             raise self.error(Finding(f"the {self.what} is not CSV: {error}", file, line)) from error
 
-    def _places(self, header: Sequence[str], file: str, line: int) -> tuple[dict[str, int], tuple[InColumn, ...]]:
+    def _places(self, header: Sequence[str], file: str, line: int) -> tuple[dict[str, int], tuple[ColumnSpec, ...]]:
         """Return which cell each column is, and the columns of this table; what others are called does not matter."""
         columns = next((every for every in self.instead if _all_there(every, header)), self.columns)
         places: dict[str, int] = {}
@@ -289,7 +289,7 @@ class Form:
             raise self.error(findings[:MOST_FINDINGS])
         return places, columns
 
-    def _columns_in_words(self, columns: Sequence[InColumn]) -> str:
+    def _columns_in_words(self, columns: Sequence[ColumnSpec]) -> str:
         needed, beside = (",".join(one.name for one in columns if one.needed == asked) for asked in (True, False))
         return f"columns: {needed}" + (f"; and, if there are any, {beside}" if beside else "")
 
@@ -441,7 +441,7 @@ def number_in(text: str, decimal_comma: bool = False) -> float:
     return value if math.isfinite(value) and "_" not in text else math.nan
 
 
-def _numbers_of(table: Cells, every: Sequence[InColumn], separator: str) -> tuple[dict[str, Floats], list[Finding]]:
+def _numbers_of(table: Cells, every: Sequence[ColumnSpec], separator: str) -> tuple[dict[str, Floats], list[Finding]]:
     """Return the numbers of each column, NaN where a cell holds none that may stand there, and findings of these.
 
     A comma is a decimal one only where it does not separate: between commas, "1,500" may be a thousand and a half.
@@ -466,7 +466,7 @@ def _numbers_of(table: Cells, every: Sequence[InColumn], separator: str) -> tupl
     return numbers, findings
 
 
-def _value(cell: str, column: InColumn, commas: bool) -> float:
+def _value(cell: str, column: ColumnSpec, commas: bool) -> float:
     if not cell and column.empty is not None:
         return column.empty
     if commas and "." in cell:  # 1.500 is one number with decimal commas and another with points
@@ -480,7 +480,7 @@ def _bare(cell: str) -> tuple[str, str]:
     return (found[1], found[2]) if found else (cell, "")
 
 
-def _column_of(cell: str, columns: Sequence[InColumn]) -> tuple[InColumn | None, tuple[str, str] | None]:
+def _column_of(cell: str, columns: Sequence[ColumnSpec]) -> tuple[ColumnSpec | None, tuple[str, str] | None]:
     """Return the column that a cell of the header names, and what is wrong with its unit."""
     name, unit = _bare(cell)
     named = [column for column in columns if name in (column.name, *column.also)]
@@ -496,6 +496,6 @@ def _column_of(cell: str, columns: Sequence[InColumn]) -> tuple[InColumn | None,
     return column, (f"{column.name} is in {unit}", f"give it in {column.unit}")
 
 
-def _all_there(columns: Sequence[InColumn], header: Sequence[str]) -> bool:
+def _all_there(columns: Sequence[ColumnSpec], header: Sequence[str]) -> bool:
     names = {_bare(cell)[0] for cell in header}
     return all(names & {column.name, *column.also} for column in columns if column.needed)

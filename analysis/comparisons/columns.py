@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.comparisons.sources import Written
+from analysis.comparisons.sources import WrittenRow
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.text import did_you_mean
@@ -19,7 +19,7 @@ TIES = ("no_difference", "not_sure")  # their answers that prefer neither
 Columns = dict[str, int]
 
 
-def read_header(header: Sequence[str], line: Written, file: str) -> Columns:
+def read_header(header: Sequence[str], line: WrittenRow, file: str) -> Columns:
     """Return the place of each column in ``header``, from 0; ``line`` is that as it was written.
 
     The column of groups stands under ``group``, whichever of its names it has.

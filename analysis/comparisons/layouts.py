@@ -26,7 +26,7 @@ from analysis.comparisons.columns import COLUMNS, GROUP_NAMES
 from analysis.comparisons.comparisons import MOST_ITEMS
 from analysis.comparisons.missing import WORDS
 from analysis.comparisons.plain_lines import Fault, PlainReading, is_count, of_another_length
-from analysis.comparisons.sources import Coded, Texts, Written, coded, joined, plain
+from analysis.comparisons.sources import Coded, Texts, WrittenRow, coded, joined, plain
 from analysis.comparisons.trials_table import Trials
 from analysis.errors import ResultsError
 from documents import Finding
@@ -101,7 +101,7 @@ class Layout(Protocol):
         """Say whether a header of these ``names``, in small letters, is of this kind."""
         ...
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
+    def reading(self, header: Row, line: WrittenRow, file: str, codes: Sequence[str]) -> LayoutReading:
         """Return what reads the lines below ``header``; ``codes`` say what stands for each option, then for a tie."""
         ...
 
@@ -114,7 +114,7 @@ class _Plain:
     def recognises(self, names: Sequence[str]) -> bool:
         return "winner" in names or "loser" in names
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
+    def reading(self, header: Row, line: WrittenRow, file: str, codes: Sequence[str]) -> LayoutReading:
         return PlainReading.of_header(header, line, file)
 
 
@@ -132,7 +132,7 @@ class _Choice:
         ways = SELECTED_NAMES if self.selected else CHOICE_NAMES
         return self.fewest <= len(_options(names)) <= self.most and any(name in names for name in ways)
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
+    def reading(self, header: Row, line: WrittenRow, file: str, codes: Sequence[str]) -> LayoutReading:
         names = [cell.strip().lower() for cell in header]
         _refuse_twice(names, line, file)
         options = _options(names)
@@ -303,7 +303,7 @@ class _Matrix:
     def recognises(self, names: Sequence[str]) -> bool:
         return len(names) > 2 and names[0] in CORNER_NAMES and not any(name in COLUMNS for name in names[1:])
 
-    def reading(self, header: Row, line: Written, file: str, codes: Sequence[str]) -> LayoutReading:
+    def reading(self, header: Row, line: WrittenRow, file: str, codes: Sequence[str]) -> LayoutReading:
         names = [cell.strip() for cell in header]
         _refuse_twice(names, line, file)
         if "" in names[1:]:
@@ -417,7 +417,7 @@ def find_layout(header: Row, file: str, asked: str | None) -> Layout:
     return found[0] if found else LAYOUTS[PLAIN]
 
 
-def _refuse_twice(names: Sequence[str], line: Written, file: str) -> None:
+def _refuse_twice(names: Sequence[str], line: WrittenRow, file: str) -> None:
     for place, name in enumerate(names):
         if name and name in names[:place]:
             where = line.column_of(place)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.sources import Coded, ColumnBlock, NumberedRow, Row, Written
+from analysis.comparisons.sources import Coded, ColumnBlock, NumberedRow, Row, WrittenRow
 from documents import Finding
 
 # As R, pandas, Excel, MATLAB, SPSS and SAS write them. Capitals count: an item may well be called "na" or "none".
@@ -156,7 +156,7 @@ class Missing:
     def _is_missing(self, row: Row, place: int) -> bool:
         return place < len(row) and row[place].strip() in self.words
 
-    def _note(self, row: Row, number: int, line: Written) -> None:
+    def _note(self, row: Row, number: int, line: WrittenRow) -> None:
         places = [place for place in self.needed if self._is_missing(row, place)]
         self.lines += 1
         self.by_column.update(dict.fromkeys((self.needed[place] for place in places), 1))

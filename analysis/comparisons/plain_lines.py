@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from analysis.comparisons.columns import OUTCOMES, REQUIRED, Columns, read_header
-from analysis.comparisons.sources import Texts, Written
+from analysis.comparisons.sources import Texts, WrittenRow
 
 Fault = tuple[int, str, str]
 NEEDED = (*REQUIRED, "outcome", "observer", "group")
@@ -21,7 +21,7 @@ class PlainReading:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of_header(cls, header: Sequence[str], line: Written, file: str) -> PlainReading:
+    def of_header(cls, header: Sequence[str], line: WrittenRow, file: str) -> PlainReading:
         """Return what reads the lines below ``header``, as `read_header` has it."""
         return cls(read_header(header, line, file))
 

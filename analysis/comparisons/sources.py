@@ -30,7 +30,7 @@ Row = Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class WrittenRow:
     """A row as it stands in a file: its ``text``, in which ``separator`` stands between cells."""
 
     text: str
@@ -51,7 +51,7 @@ class Written:
         return 1
 
 
-NumberedRow = tuple[Row, int, Written]
+NumberedRow = tuple[Row, int, WrittenRow]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +120,7 @@ class TableSource(Protocol):
     """A table: ``header`` is its first row once it was started, ``written`` the lines that this stands in."""
 
     header: Row
-    written: Written
+    written: WrittenRow
     counts: Collection[int]
     """The columns of numbers of answers, once they are known."""
 
@@ -182,7 +182,7 @@ class LineBlock:
         reader = csv.reader(remembered(), strict=True, delimiter=self.separator)
         for row in islice(reader, len(self.rows)):
             if any(cell.strip() for cell in row):
-                yield with_points(row, self.pointed), self.begin + reader.line_num, Written(last, self.separator)
+                yield with_points(row, self.pointed), self.begin + reader.line_num, WrittenRow(last, self.separator)
 
 
 def with_points(row: Row, places: Collection[int]) -> Row:
@@ -197,7 +197,7 @@ class LineSource:
         self._lines = _Lines(lines, file)
         self._reader = csv.reader(self._lines, strict=True)
         self.header: Row = ()
-        self.written = Written("")
+        self.written = WrittenRow("")
         self.counts: Collection[int] = ()
         self._file, self._marks = file, set[str]()
 
@@ -212,7 +212,7 @@ class LineSource:
         separator = separator_of(first)
         self._reader = csv.reader(chain([first], self._lines), strict=True, delimiter=separator)
         self.header = next(self._reader, [])
-        self.written = Written("".join(self._lines.kept), separator)
+        self.written = WrittenRow("".join(self._lines.kept), separator)
 
     def blocks(self) -> Iterator[LineBlock]:
         """As `TableSource`."""
@@ -272,7 +272,7 @@ class ColumnBlock:
         """As `RowBlock`."""
         for row, number in zip(self.rows, self.number.tolist(), strict=True):
             if any(cell.strip() for cell in row):
-                yield row, number, Written(_BREAK.split(_as_line(row))[-1])
+                yield row, number, WrittenRow(_BREAK.split(_as_line(row))[-1])
 
     def part(self, rows: slice | NDArray[np.bool_]) -> ColumnBlock:
         """Return some of the rows."""
@@ -285,7 +285,7 @@ class ColumnSource:
     def __init__(self, table: CodedTable) -> None:
         self.header: Row = table.names
         self.counts: Collection[int] = ()
-        self.written = Written(_as_line(table.names))
+        self.written = WrittenRow(_as_line(table.names))
         rows = len(table.columns[0].code) if table.columns else 0
         ends = np.ones(rows, dtype=np.intp)
         for column in table.columns:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.columns import KINDS, TIES, Columns
 from analysis.comparisons.plain_lines import Fault, PlainReading, of_another_length
-from analysis.comparisons.sources import Coded, Texts, Written, coded, plain
+from analysis.comparisons.sources import Coded, Texts, WrittenRow, coded, plain
 
 _NEEDED = ("experiment", "kind", "first", "second", "answer", "chosen", "rejected")
 # Columns of the plain layout, and the column of trials that each is taken from.
@@ -29,7 +29,7 @@ class Trials:
         """Say whether a header of these ``names`` is that of trials."""
         return "winner" not in names and set(_NEEDED) <= set(names)
 
-    def reading(self, header: Sequence[str], line: Written, file: str, codes: Sequence[str]) -> TrialsReading:
+    def reading(self, header: Sequence[str], line: WrittenRow, file: str, codes: Sequence[str]) -> TrialsReading:
         """Return what reads the lines below ``header``."""
         return TrialsReading({name.strip().lower(): place for place, name in enumerate(header)}, len(header))
 

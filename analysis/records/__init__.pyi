@@ -1,4 +1,4 @@
-from .answered_by import Counted as Counted
+from .answered_by import CountedSessions as CountedSessions
 from .answered_by import WhoAnswered as WhoAnswered
 from .answered_by import counts as counts
 from .answered_by import pool as pool

@@ -69,7 +69,7 @@ def counts(who: WhoAnswered, *, simulated: bool, with_simulated: bool = False) -
 
 
 @dataclass(frozen=True, slots=True)
-class Counted:
+class CountedSessions:
     """The ``sessions`` that count together, in order, and those of simulated observers that are ``left_out``."""
 
     sessions: tuple[SessionLog, ...]
@@ -89,7 +89,7 @@ def left_out_note(sessions: int) -> str:
     return f"{sessions} {words} left out, beside those of people; --with-simulated counts {them} too."
 
 
-def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Counted:
+def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> CountedSessions:
     """Return the sessions that count together: of people, of simulated observers where there are no people, or both.
 
     Parameters
@@ -102,7 +102,7 @@ def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Cou
 
     Returns
     -------
-    Counted
+    CountedSessions
         The sessions that count, in the order given.
     """
     who = who_answered(sessions)
@@ -110,9 +110,9 @@ def pool(sessions: Sequence[SessionLog], *, with_simulated: bool = False) -> Cou
         one for one in sessions if counts(who, simulated=one.header.simulated, with_simulated=with_simulated)
     )
     if len(chosen) < len(sessions):
-        return Counted(chosen, who_answered(one for one in sessions if one.header.simulated))
+        return CountedSessions(chosen, who_answered(one for one in sessions if one.header.simulated))
     shared = frozenset(who.shared)
-    return Counted(
+    return CountedSessions(
         tuple(_apart(one) if one.header.simulated and one.header.observer in shared else one for one in chosen)
     )
 

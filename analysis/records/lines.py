@@ -116,7 +116,7 @@ _Row = Annotated[tuple[Number, Number, Number], Strict(False)]
 _Filter = _Row | Annotated[tuple[_Row, _Row, _Row], Strict(False)]
 
 
-class FilterLight(Fields):
+class FilterTransmittances(Fields):
     """What an anaglyph's filters do to light; None where the display was measured through them."""
 
     left: _Filter | None = None
@@ -125,7 +125,7 @@ class FilterLight(Fields):
     white_XYZ_cd_m2: Eyes | None = None
 
 
-class Standard(Fields):
+class NominalStandard(Fields):
     """The standard that a display was taken for."""
 
     kind: Name | None = None
@@ -147,7 +147,7 @@ class SeenDisplay(Fields):
     file: Text | None = None
     mode: Text | None = None
     characterised_as: Text | None = None
-    nominal: Standard | None = None
+    nominal: NominalStandard | None = None
     source: Text | None = None
     colorimetric_observer: Text | None = None
     panel: Panel = Field(default_factory=Panel)
@@ -159,7 +159,7 @@ class SeenDisplay(Fields):
     distance_mm: Positive | None = None
     glasses: Text | None = None
     mode_options: Json | None = None
-    filters: FilterLight | None = None
+    filters: FilterTransmittances | None = None
     crosstalk_cancelled: bool | None = None
     lift_black: bool | None = None
     dither: Text | None = None
@@ -275,7 +275,7 @@ class Font(Fields):
     sha256: Text
 
 
-class InSession(Fields):
+class SessionInterface(Fields):
     """The language of the session, and what the experiment sets of how it looks and of its keys."""
 
     language: Name = "en"
@@ -334,7 +334,7 @@ class Header(Fields):
     software: dict[Name, Text]
     presentation: Presentation
     remarks: Annotated[tuple[Text, ...], Strict(False)] = ()
-    interface: InSession = Field(default_factory=InSession)
+    interface: SessionInterface = Field(default_factory=SessionInterface)
     station: Text = ""
     planned: list[Planned] = Field(default_factory=list)
     order_rule: Literal[1, 2] = ORDER_RULE

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from statistics import fmean
 from typing import Any
 
-from analysis.records.lines import EyeCosts, Eyes, FilterLight, SeenDisplay, Stimulus
+from analysis.records.lines import EyeCosts, Eyes, FilterTransmittances, SeenDisplay, Stimulus
 from analysis.records.session_record import SessionLog
 
 Both = tuple[float, float]
@@ -272,7 +272,7 @@ def _stimuli(sessions: Sequence[SessionLog]) -> list[Stimulus]:
     return list(known.values())
 
 
-def _filters_are(stated: FilterLight) -> tuple[str, str]:
+def _filters_are(stated: FilterTransmittances) -> tuple[str, str]:
     def known(eye: str, light: object) -> str:
         return "assumed" if eye in stated.assumed else "measured" if light is None else "stated"
 

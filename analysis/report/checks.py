@@ -9,7 +9,7 @@ from analysis.observers.filters import failed_tests
 from analysis.observers.table import ObserverTable
 from analysis.records.session_record import SessionLog
 from analysis.report.grouped import GroupedSummary
-from analysis.report.summary import Gathered, Summary
+from analysis.report.summary import ReportSummary, Summary
 from analysis.report.words import fixed, p_words, percent, some
 from documents.text import JsonResult, counted
 
@@ -58,7 +58,7 @@ def _one_scale(compared: Summary | GroupedSummary) -> Iterator[FailedCheck]:
             )
 
 
-def _side(compared: Gathered) -> Iterator[FailedCheck]:
+def _side(compared: ReportSummary) -> Iterator[FailedCheck]:
     share, interval = compared.first_share, compared.first_share_interval
     if share is not None and interval is not None and not interval[0] <= 0.5 <= interval[1]:
         yield FailedCheck(

@@ -18,7 +18,7 @@ from analysis.factors.result import FactorEffects
 from analysis.inference.conclusions import neighbour_conclusions, without_each
 from analysis.report.factors import effects_in
 from analysis.report.reviewers import Review, stands_cell
-from analysis.report.summary import Gathered, Summary
+from analysis.report.summary import ReportSummary, Summary
 from analysis.scaling.grouped import score_groups
 from documents.pages import Block, Column, Paragraph, Section, Table
 
@@ -72,7 +72,7 @@ def _of_agreement(grouped: GroupedSummary) -> tuple[Conclusion, ...]:
     return _robust([test.conclusion(grouped.alpha)], grouped.comparisons, asked, grouped.alpha) if test else ()
 
 
-def _of_factors(compared: Gathered | None, effects: FactorEffects) -> tuple[Conclusion, ...]:
+def _of_factors(compared: ReportSummary | None, effects: FactorEffects) -> tuple[Conclusion, ...]:
     if compared is None:
         return ()
     header = compared.header

@@ -7,7 +7,7 @@ from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
 from analysis.records.lines import Header
-from analysis.report.summary import Gathered, Summary
+from analysis.report.summary import ReportSummary, Summary
 from analysis.report.words import fixed, percent
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import Block, Column, Figure, Paragraph, Section, Table
@@ -15,7 +15,7 @@ from documents.pages import Block, Column, Figure, Paragraph, Section, Table
 INDEPENDENT = "p if all answers were independent"
 
 
-def effects_of(compared: Gathered) -> FactorEffects | None:
+def effects_of(compared: ReportSummary) -> FactorEffects | None:
     """Return the effects of the factors in the sessions' header; None where none can be estimated."""
     if isinstance(compared, Summary) and compared.scores.classes is None:
         return None

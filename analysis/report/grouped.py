@@ -13,7 +13,7 @@ from analysis.records.lines import Header
 from analysis.records.session_record import SessionLog
 from analysis.report.notes import notes_on_groups
 from analysis.report.summary import (
-    Gathered,
+    ReportSummary,
     Summary,
     analysis_options,
     compared_times,
@@ -27,7 +27,7 @@ POOLED = "all groups together"
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class GroupedSummary(Gathered):
+class GroupedSummary(ReportSummary):
     """The scores of an experiment, one scale for each group.
 
     Attributes

@@ -31,7 +31,7 @@ COMMON: Mapping[str, str] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Unreported(JsonResult):
+class UnreportedField(JsonResult):
     """A ``field`` of a ``kind``'s records (empty: all of them, or of every kind), what it is, and how many have it."""
 
     kind: str
@@ -40,7 +40,7 @@ class Unreported(JsonResult):
     records: int
 
 
-def unreported(sessions: Sequence[SessionLog]) -> tuple[Unreported, ...]:
+def unreported(sessions: Sequence[SessionLog]) -> tuple[UnreportedField, ...]:
     """Return what the trials of sessions hold that the report does not show, by kind."""
     counts: Counter[tuple[str, str, str]] = Counter()
     for session in sessions:
@@ -48,7 +48,7 @@ def unreported(sessions: Sequence[SessionLog]) -> tuple[Unreported, ...]:
             counts.update(_left_out(trial))
     order = ["", *KINDS, PRACTICE]
     found = sorted(counts.items(), key=lambda item: order.index(item[0][0]) if item[0][0] in order else len(order))
-    return tuple(Unreported(*left_out, records) for left_out, records in found)
+    return tuple(UnreportedField(*left_out, records) for left_out, records in found)
 
 
 def _left_out(trial: Trial) -> Iterator[tuple[str, str, str]]:

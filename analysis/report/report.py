@@ -18,7 +18,7 @@ from analysis.records.session_record import SessionLog
 from analysis.report.checklist import Methods
 from analysis.report.checks import FailedCheck
 from analysis.report.grouped import GroupedSummary
-from analysis.report.not_reported import Unreported, unreported
+from analysis.report.not_reported import UnreportedField, unreported
 from analysis.report.part import Part
 from analysis.report.reviewers import Review
 from analysis.report.summary import Summary
@@ -99,7 +99,7 @@ class Report(JsonResult):
 
     @property
     def smallest(self) -> SmallestDifference | None:
-        """The smallest difference that the design finds, as `analysis.report.summary.Gathered` has it."""
+        """The smallest difference that the design finds, as `analysis.report.summary.ReportSummary` has it."""
         compared = self.pairs or self.groups
         return compared.smallest if compared else None
 
@@ -132,6 +132,6 @@ class Report(JsonResult):
         return [{"sessions": count, **seen.to_json()} for seen, count in what_eyes_saw(self.sessions).items()]
 
     @property
-    def not_reported(self) -> tuple[Unreported, ...]:
+    def not_reported(self) -> tuple[UnreportedField, ...]:
         """What the sessions hold and the report does not show."""
         return unreported(self.sessions)

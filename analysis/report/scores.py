@@ -17,7 +17,7 @@ from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
 from analysis.report.agreement import agreement_words
 from analysis.report.figures import ROW_IN, draw_classes, draw_scores
-from analysis.report.summary import Gathered, Summary
+from analysis.report.summary import ReportSummary, Summary
 from analysis.report.words import COVARIANCE_WORDS, fixed, percent
 from analysis.scaling.fitting import fit_model
 from analysis.scaling.result import Fit, OrderTest
@@ -305,7 +305,9 @@ def belief_section(summary: Summary, agreement: Concordance | None) -> Section:
     return Section("belief", "Diagnostics", (Facts(diagnostics(summary, summary, agreement)),))
 
 
-def diagnostics(whole: Gathered, scale: Summary | None, agreement: Concordance | None) -> tuple[tuple[str, str], ...]:
+def diagnostics(
+    whole: ReportSummary, scale: Summary | None, agreement: Concordance | None
+) -> tuple[tuple[str, str], ...]:
     """Return the diagnostics of the ``whole``; ``scale`` is the one that all its answers are on, if there is one."""
     comparisons = whole.comparisons
     sessions = f"{len(whole.sessions)} session{'' if len(whole.sessions) == 1 else 's'}"
@@ -331,7 +333,7 @@ def diagnostics(whole: Gathered, scale: Summary | None, agreement: Concordance |
     return tuple(rows)
 
 
-def _sides(whole: Gathered, scale: Summary | None) -> list[tuple[str, str]]:
+def _sides(whole: ReportSummary, scale: Summary | None) -> list[tuple[str, str]]:
     if whole.first_share is None or whole.first_share_interval is None:
         return []
     low, high = whole.first_share_interval
@@ -367,7 +369,7 @@ def order_fit(summary: Summary) -> Fit | None:
     return fitted if fitted.separation is None else None
 
 
-def _ties(whole: Gathered, scale: Summary | None) -> list[tuple[str, str]]:
+def _ties(whole: ReportSummary, scale: Summary | None) -> list[tuple[str, str]]:
     comparisons = whole.comparisons
     if not comparisons.ties:
         return []
@@ -391,7 +393,7 @@ def tie_fit(summary: Summary) -> Fit | None:
     return fitted if fitted.separation is None else None
 
 
-def first_position(whole: Gathered) -> str:
+def first_position(whole: ReportSummary) -> str:
     """Return the name of the first position."""
     for session in whole.sessions:
         for trial in session.trials:

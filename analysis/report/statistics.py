@@ -20,7 +20,7 @@ from analysis.report.grouped import GroupedSummary
 from analysis.report.part import draws_of_weights
 from analysis.report.references import Citations
 from analysis.report.reviewers import Review
-from analysis.report.summary import Gathered, Summary
+from analysis.report.summary import ReportSummary, Summary
 from analysis.report.words import counted, fixed, listed, percent
 from analysis.scaling import learnt_prior
 from analysis.scaling.robust_tests import FEWEST_OBSERVERS
@@ -234,7 +234,7 @@ def _compared(compared: Summary | GroupedSummary, adjustment: str, cited: Citati
     return words
 
 
-def _pairs(summary: Summary, whole: Gathered, adjustment: str, cited: Citations) -> str:
+def _pairs(summary: Summary, whole: ReportSummary, adjustment: str, cited: Citations) -> str:
     estimate = summary.estimate
     model = f"the Bradley-Terry model {cited.cite('Bradley1952')}"
     fitted = {

@@ -30,7 +30,7 @@ from documents.text import finite
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Gathered(ABC):
+class ReportSummary(ABC):
     """Who compared what in the sessions of an experiment, with side bias and response times.
 
     Attributes
@@ -123,7 +123,7 @@ class Gathered(ABC):
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Summary(Gathered):
+class Summary(ReportSummary):
     """The scores of an experiment on one scale, with goodness of fit.
 
     Attributes
@@ -252,7 +252,7 @@ def analysis_options(
 
 
 def smallest_of(comparisons: Comparisons, options: AnalysisOptions, group: str = "") -> SmallestDifference | None:
-    """Return the smallest difference that the design of ``comparisons`` finds; None as `Gathered` says."""
+    """Return the smallest difference that the design of ``comparisons`` finds; None as `ReportSummary` says."""
     if options["chosen"]:
         return None
     alpha, adjust, covariance = options["alpha"], options["adjust"], options["covariance"]

@@ -17,13 +17,13 @@ from devices.readings import (
     Line,
     LineInstrument,
     LostError,
+    PatchOnScreen,
     Reading,
-    Showing,
     TimedOutError,
     read_protocol,
 )
 
-_SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)
+_SHOWING = PatchOnScreen("white", (1.0, 1.0, 1.0), 0)
 _PORT = "a scripted line"
 _NUMBER = re.compile(r"\d+\.\d+(?:[eE][+-]?\d+)?")
 

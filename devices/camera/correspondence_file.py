@@ -17,21 +17,21 @@ from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
-from documents.tables import Cells, Form, InColumn, number_in
+from documents.tables import Cells, ColumnSpec, Form, number_in
 from documents.text import visible
 
 _RGB, _XYZ = ("R", "G", "B"), ("X", "Y", "Z")
 _EXPOSURE = ("time_s", "f_number", "iso")
-_LIGHT = tuple(InColumn(name, (f"XYZ_{name}",), unit="cd/m²") for name in _XYZ)
-_NAME = InColumn("name", ("SAMPLE_NAME",), text=True, needed=False)
+_LIGHT = tuple(ColumnSpec(name, (f"XYZ_{name}",), unit="cd/m²") for name in _XYZ)
+_NAME = ColumnSpec("name", ("SAMPLE_NAME",), text=True, needed=False)
 _SEEN = Form(
     (
-        *(InColumn(name, (long, f"RGB_{name}")) for name, long in zip(_RGB, ("red", "green", "blue"), strict=True)),
+        *(ColumnSpec(name, (long, f"RGB_{name}")) for name, long in zip(_RGB, ("red", "green", "blue"), strict=True)),
         *_LIGHT,
         _NAME,
-        InColumn("time_s", text=True, needed=False, unit="s"),  # such as 1/15
-        InColumn("f_number", needed=False),
-        InColumn("iso", needed=False, empty=100.0),
+        ColumnSpec("time_s", text=True, needed=False, unit="s"),  # such as 1/15
+        ColumnSpec("f_number", needed=False),
+        ColumnSpec("iso", needed=False, empty=100.0),
     ),
     "table of colours",
     DeviceError,

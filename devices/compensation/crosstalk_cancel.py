@@ -66,7 +66,7 @@ class CancelCost:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cancelled:
+class CancelledLight:
     """What to send to each eye, light in units of its model's primaries, shape (..., 3), and what it cost.
 
     Where channels add up, that is the linear light of each, as a share of full.
@@ -120,7 +120,7 @@ def cancel_crosstalk(
     lift_share: float = 0.0,
     *,
     half: bool = False,
-) -> Cancelled:
+) -> CancelledLight:
     """Return what to send so that the eyes see ``left_XYZ`` and ``right_XYZ``, cd/m², same shape (..., 3).
 
     ``lift_share`` is the share of each eye's white (code 1, above code 0) that is added to every pixel; see
@@ -141,7 +141,7 @@ def cancel_crosstalk(
 
     Returns
     -------
-    Cancelled
+    CancelledLight
         Linear light to send to each eye, shape (..., 3), and what each eye's picture keeps of the other's.
 
     Raises
@@ -180,7 +180,7 @@ def cancel_crosstalk(
     )
     if half:  # what leaks from the other eye's picture is rounded with it
         off_left, off_right = off_left + off_right @ np.abs(mix.left.T), off_right + off_left @ np.abs(mix.right.T)
-    return Cancelled(
+    return CancelledLight(
         _in_units_of(models.left, left),
         _in_units_of(models.right, right),
         lift_share,

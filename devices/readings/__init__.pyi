@@ -14,12 +14,12 @@ from .instrument import Instrument as Instrument
 from .instrument import InstrumentError as InstrumentError
 from .instrument import Line as Line
 from .instrument import LostError as LostError
+from .instrument import PatchOnScreen as PatchOnScreen
 from .instrument import RangeError as RangeError
 from .instrument import Reading as Reading
-from .instrument import Showing as Showing
 from .instrument import TimedOutError as TimedOutError
 from .log import CodeTriple as CodeTriple
-from .log import Kept as Kept
+from .log import KeptReading as KeptReading
 from .log import MeasurementLog as MeasurementLog
 from .log import ReadingRun as ReadingRun
 from .log import ShownPatch as ShownPatch

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from documents import Finding
-from documents.tables import MOST_FINDINGS, Cells, InColumn
+from documents.tables import MOST_FINDINGS, Cells, ColumnSpec
 
 CODES = ("red", "green", "blue")
 SURROUND = ("surround_red", "surround_green", "surround_blue")
 DRIVEN = (
-    InColumn("name", ("SAMPLE_NAME",), text=True, needed=False),
-    *(InColumn(name, (name[0].upper(), f"RGB_{name[0].upper()}")) for name in CODES),
+    ColumnSpec("name", ("SAMPLE_NAME",), text=True, needed=False),
+    *(ColumnSpec(name, (name[0].upper(), f"RGB_{name[0].upper()}")) for name in CODES),
 )
-PARTS = (InColumn("area", needed=False, empty=1.0), *(InColumn(name, needed=False, empty=0.0) for name in SURROUND))
+PARTS = (ColumnSpec("area", needed=False, empty=1.0), *(ColumnSpec(name, needed=False, empty=0.0) for name in SURROUND))
 """Columns of a patch's name and codes, and of what of the picture it fills and what is around it."""
 _RANGE = re.compile(r"^\s*(?:0\s*(?:\.\.+|-|–|to)\s*)?(\d+(?:\.\d*)?)\s*$")
 _FULL_CODES = (255.0, 1023.0)
@@ -69,7 +69,7 @@ def full_code(largest: float, declared: float | None, file: str) -> tuple[float,
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Driven:
+class DrivenCodes:
     """What a table's codes drive: ``codes`` (n, 3) and those ``around`` each patch, if it has any, 0..1 of ``full``."""
 
     codes: NDArray[np.float64]
@@ -78,7 +78,7 @@ class Driven:
     assumed: str
 
 
-def driven(table: Cells, code_range: str | None) -> Driven:
+def driven(table: Cells, code_range: str | None) -> DrivenCodes:
     """Return the codes of a table of `DRIVEN` and `PARTS`, as shares of the code of full drive.
 
     That is what a person gives, else what the comment ``# codes: 0..255`` says, else what the largest code tells.
@@ -102,7 +102,7 @@ def driven(table: Cells, code_range: str | None) -> Driven:
         places = [table.fault(row, names[at], told) for (row, at), told in zip(outside, what, strict=True)]
         raise DeviceError(places)
     codes = codes / full
-    return Driven(codes[:, :3], codes[:, 3:] if len(names) > len(CODES) else None, full, assumed)
+    return DrivenCodes(codes[:, :3], codes[:, 3:] if len(names) > len(CODES) else None, full, assumed)
 
 
 def part_faults(table: Cells) -> Iterator[Finding]:

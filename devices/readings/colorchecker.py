@@ -21,7 +21,7 @@ from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats
-from documents.tables import Form, InColumn
+from documents.tables import ColumnSpec, Form
 
 _D50_XY = (0.345703, 0.358539)
 _WITHIN = 1e-9
@@ -51,7 +51,7 @@ def colorchecker_xyY() -> tuple[tuple[str, ...], Floats]:
     ('dark skin', [0.437484, 0.378523, 0.098324])
     """
     text = (files("devices.readings") / "colorchecker.csv").read_text(encoding="utf-8")
-    chart = Form((InColumn("name", text=True), InColumn("x"), InColumn("y"), InColumn("Y"))).parse(
+    chart = Form((ColumnSpec("name", text=True), ColumnSpec("x"), ColumnSpec("y"), ColumnSpec("Y"))).parse(
         text, "colorchecker.csv"
     )
     return tuple(chart.texts("name")), chart.numbers("x", "y", "Y")

@@ -24,17 +24,19 @@ from devices.readings.arrangement import PatchEye
 from devices.readings.code_range import CODES, DRIVEN, PARTS, SURROUND, driven, part_faults
 from devices.readings.table import CIE_1931_2, OBSERVERS, PATCH_EYES, Measurements, observer_name
 from documents import Finding
-from documents.tables import Cells, Form, InColumn, csv_lines
+from documents.tables import Cells, ColumnSpec, Form, csv_lines
 
 _LIGHT = ("X", "Y", "Z")
 _CD_M2 = "cd/m²"
-_BESIDE = (InColumn("time_s", needed=False, unit="s"), InColumn("eye", text=True, needed=False), *PARTS)
+_BESIDE = (ColumnSpec("time_s", needed=False, unit="s"), ColumnSpec("eye", text=True, needed=False), *PARTS)
 _FORM = Form(
-    (*DRIVEN, *(InColumn(name, (f"XYZ_{name}",), unit=_CD_M2) for name in _LIGHT), *_BESIDE),
+    (*DRIVEN, *(ColumnSpec(name, (f"XYZ_{name}",), unit=_CD_M2) for name in _LIGHT), *_BESIDE),
     "table of measurements",
     DeviceError,
     # luminance and chromaticity, as many instruments write them
-    instead=((*DRIVEN, InColumn("x"), InColumn("y"), InColumn("Y", ("L", "Lv", "luminance"), unit=_CD_M2), *_BESIDE),),
+    instead=(
+        (*DRIVEN, ColumnSpec("x"), ColumnSpec("y"), ColumnSpec("Y", ("L", "Lv", "luminance"), unit=_CD_M2), *_BESIDE),
+    ),
     misspelt=True,
 )
 

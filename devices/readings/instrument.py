@@ -36,7 +36,7 @@ class LostError(InstrumentError):
 
 
 @dataclass(frozen=True, slots=True)
-class Showing:
+class PatchOnScreen:
     """What stands on the screen: the patch's ``label`` and ``codes`` in 0..1, its place in the order, and since when.
 
     ``time_s`` counts from the beginning of the measurement. ``other`` are the codes of the eye that is not read, and
@@ -79,7 +79,7 @@ class Instrument(Protocol):
     def name(self) -> str:
         """What to record of it."""
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         """Measure what is shown now and return it; it may take minutes.
 
         Raises

@@ -55,7 +55,7 @@ class ShownPatch:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class KeptReading:
     """A reading of the step at ``position``, ``time_s`` after the measurement began.
 
     ``shown`` are the codes in 0..1 that stood on the screen where they are not the patch's own: those that the eye that
@@ -79,7 +79,7 @@ class ReadingRun:
     file: Path
     header: Mapping[str, Any]
     steps: tuple[PatchTurn, ...]
-    readings: Mapping[int, Kept]
+    readings: Mapping[int, KeptReading]
     failures: Mapping[int, str]
     accepted: tuple[str, ...] = ()
     state: LogState = field(default=LogState(), repr=False, compare=False)
@@ -221,7 +221,7 @@ def read_session(file: Path) -> ReadingRun:
     MeasuringError
         If the file is missing, or damaged before its last line, with the line.
     """
-    readings: dict[int, Kept] = {}
+    readings: dict[int, KeptReading] = {}
     failures: dict[int, str] = {}
     accepted: list[str] = []
     wavelengths_nm: tuple[float, ...] = ()
@@ -252,7 +252,7 @@ def read_session(file: Path) -> ReadingRun:
             spectrum = tuple(map(float, line.get("spectrum", ())))
             reading = Reading((X, Y, Z), spectrum, wavelengths_nm if spectrum else ())
             position = _position(line, steps)
-            readings[position] = Kept(position, float(line["time_s"]), reading, _shown(line.get("shown")))
+            readings[position] = KeptReading(position, float(line["time_s"]), reading, _shown(line.get("shown")))
             failures.pop(position, None)
 
     try:

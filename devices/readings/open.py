@@ -12,7 +12,7 @@ from typing import Any
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from devices.readings.arrangement import PatchEye
-from devices.readings.instrument import Instrument, LostError, RangeError, Reading, Showing
+from devices.readings.instrument import Instrument, LostError, PatchOnScreen, RangeError, Reading
 from devices.readings.protocol import LineInstrument, read_protocol
 from devices.readings.simulated import Faults, Simulated, SimulatedDisplay
 from documents import Finding, InputError
@@ -177,7 +177,7 @@ class Manual:
         wiring.own_options()
         return cls(wiring.ask, wiring.correct)
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         """Ask until three numbers are typed; ``skip`` leaves the patch for later."""
         while True:
             typed = self._ask(f"{showing.label}: X Y Z in cd/m², or skip: ")

@@ -24,9 +24,9 @@ from devices.readings.instrument import (
     InstrumentError,
     Line,
     LostError,
+    PatchOnScreen,
     RangeError,
     Reading,
-    Showing,
 )
 from documents import FileModel, Finding, load_document
 
@@ -155,7 +155,7 @@ class LineInstrument:
             raise
         self.name = " ".join(filter(None, (protocol.name, said.get("model"), said.get("number"))))
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         """Measure, and return XYZ."""
         said = self._said(self._protocol.read)
         for group, text in said.items():

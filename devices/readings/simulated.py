@@ -22,7 +22,7 @@ from devices.display.gain_map import GainMap
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from devices.readings.arrangement import PatchEye, degrees
-from devices.readings.instrument import Reading, Showing
+from devices.readings.instrument import PatchOnScreen, Reading
 from devices.readings.patch import Patch
 from documents import Finding
 from documents.arrays import Floats
@@ -154,7 +154,7 @@ class Simulated:
         self._eye = eye
         self.name = f"simulated (seed {seed})"
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         """Return what the simulated instrument reads."""
         faults = self._faults
         if faults.takes_s:
@@ -175,17 +175,17 @@ class Simulated:
     def close(self) -> None:
         """Do nothing."""
 
-    def _side(self, showing: Showing) -> Eye:
+    def _side(self, showing: PatchOnScreen) -> Eye:
         asked = (showing.patch.eye if showing.patch else None) or self._eye
         return "right" if asked == "right" else "left"
 
-    def _own(self, showing: Showing) -> Floats:
+    def _own(self, showing: PatchOnScreen) -> Floats:
         """Return what arrives of the eye's own picture, without the room's light."""
         model, codes = self._display.models.eye(self._side(showing)), np.array(showing.codes)
         share, stray = share_with_picture(codes, showing.patch, self._faults, model)
         return share * (simulated_XYZ(model, codes, self._faults) - model.ambient_XYZ_cd_m2) + stray
 
-    def _leak(self, showing: Showing) -> Floats:
+    def _leak(self, showing: PatchOnScreen) -> Floats:
         """Return what arrives of the other eye's picture."""
         if showing.other is None:
             return np.zeros(3)
@@ -196,7 +196,7 @@ class Simulated:
         matrix = np.zeros((3, 3)) if leaks is None else leaks.left if eye == "left" else leaks.right
         return np.asarray((matrix + self._faults.crosstalk * np.eye(3)) @ light)
 
-    def _share(self, showing: Showing) -> float:
+    def _share(self, showing: PatchOnScreen) -> float:
         """Return the share of the light at the centre, straight ahead and through the glasses that is read."""
         patch, faults = showing.patch, self._faults
         across, down = showing.place

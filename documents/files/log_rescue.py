@@ -22,7 +22,7 @@ class LogDisturbedError(OSError):
     """
 
     def __init__(
-        self, file: Path, what: str, lines: int, rescue: Rescue, *, complete: bool, taken: bool = False
+        self, file: Path, what: str, lines: int, rescue: RescuedLog, *, complete: bool, taken: bool = False
     ) -> None:
         self.saved, self.complete, self.taken = rescue.saved, complete, taken
         self.in_place = rescue.saved == file
@@ -45,7 +45,7 @@ class LogDisturbedError(OSError):
 
 
 @dataclass(frozen=True, slots=True)
-class Rescue:
+class RescuedLog:
     """Where a log was written again, where what was found in its place is, and why it is not in its place."""
 
     saved: Path | None
@@ -83,7 +83,7 @@ def _begins_with(file: Path, content: bytes | bytearray) -> bool:
         return all(stream.read(min(_STEP, len(content) - at)) == content[at : at + _STEP] for at in starts)
 
 
-def rescue(file: Path, content: bytes | bytearray, *, elsewhere: bool = False) -> Rescue:
+def rescue(file: Path, content: bytes | bytearray, *, elsewhere: bool = False) -> RescuedLog:
     """Write ``content`` to ``file`` again, at once; where that fails, or ``elsewhere`` is asked, to the state folder.
 
     What stands there and is no part of it, as another program's lines, is kept beside it.
@@ -96,8 +96,8 @@ def rescue(file: Path, content: bytes | bytearray, *, elsewhere: bool = False) -
         except OSError as error:
             faults.append(str(system_fault(error) or error.strerror or error))
         else:
-            return Rescue(place, aside, "; ".join(faults))
-    return Rescue(None, None, "; ".join(faults))
+            return RescuedLog(place, aside, "; ".join(faults))
+    return RescuedLog(None, None, "; ".join(faults))
 
 
 def _write_again(file: Path, content: bytes | bytearray) -> Path | None:

@@ -18,10 +18,10 @@ from devices.readings import (
     InstrumentError,
     Line,
     LostError,
+    PatchOnScreen,
     RangeError,
     Reading,
     SerialLine,
-    Showing,
 )
 from documents import Finding
 
@@ -83,7 +83,7 @@ class CS2000:
         product, variation, number = identity[:3]
         self.name = f"Konica Minolta {_MODELS.get(variation.lstrip('0'), product)} {number}"
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         """Measure, and return XYZ and the spectral radiance."""
         answer = self._ask("MEAS,1", _PREMEASURES * self._answer_s)
         try:

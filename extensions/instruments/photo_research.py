@@ -19,10 +19,10 @@ from devices.readings import (
     InstrumentError,
     Line,
     LostError,
+    PatchOnScreen,
     RangeError,
     Reading,
     SerialLine,
-    Showing,
 )
 from documents import Finding
 
@@ -77,7 +77,7 @@ class PhotoResearch:
             raise
         self.name = f"Photo Research {model} {number}".strip()
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         """Measure, and return XYZ and the spectral radiance."""
         self._ask("M0", self._measure_s)
         units, *colour = self._ask("D2", self._answer_s).split(",")

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from devices.readings import GarbledError, LostError, RangeError, Reading, Showing, TimedOutError, Wiring
+from devices.readings import GarbledError, LostError, PatchOnScreen, RangeError, Reading, TimedOutError, Wiring
 from documents import Finding
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -84,7 +84,7 @@ class Spotread:
         options = shlex.split(wiring.own_options("spotread").get("spotread", ""))
         return cls(wiring.port, options, wiring.ask)
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         """Ask for a reading and return it."""
         self._until_ready(self._measure_s)
         self._send()

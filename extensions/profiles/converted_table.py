@@ -13,7 +13,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
-from documents.tables import Form, InColumn, csv_lines, decoded
+from documents.tables import ColumnSpec, Form, csv_lines, decoded
 
 _MOST_BYTES = 100_000_000
 _STREAM = "standard input"
@@ -113,8 +113,8 @@ def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer:
 def _form(kind: Kind, full: float) -> Form:
     """Return the form of a table of codes in 0..``full``, or of XYZ in cd/m²."""
     columns = {
-        "code": tuple(InColumn(name, (name[0].upper(),), least=0.0, most=full) for name in COLUMNS["code"]),
-        "xyz": tuple(InColumn(name, unit="cd/m²") for name in COLUMNS["xyz"]),
+        "code": tuple(ColumnSpec(name, (name[0].upper(),), least=0.0, most=full) for name in COLUMNS["code"]),
+        "xyz": tuple(ColumnSpec(name, unit="cd/m²") for name in COLUMNS["xyz"]),
     }
     return Form(columns[kind], "table", DeviceError, _MOST_BYTES)
 

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from extensions.thresholds.fit import Easier
 from extensions.thresholds.ladders import LEAST_LEVELS, Ladder, ladder_faults, ladders
-from extensions.thresholds.tracks import Asked, MethodSpec, QuestPlusSpec, Track, interleaved
+from extensions.thresholds.tracks import AskedTrial, MethodSpec, QuestPlusSpec, Track, interleaved
 from runner.blocks import SECONDS_PER_TRIAL, Block, BlockContext, Draft, Fault, Steps, Stimuli, StimulusNames, TimedKind
 from runner.ports import Ask, Button, Choose, Hold, Response, answer
 from runner.scene import Item, Offset, Picture, Scene
@@ -263,18 +263,18 @@ class Threshold(TimedKind):
                 tracks.append(Track.of(ladder, choices, self.trials, random.Random(f"{seed}/{place}/{number}")))
         return tracks
 
-    def _show(self, view: _View, asked: Asked) -> Generator[Ask | Hold, Response | None, Scene]:
+    def _show(self, view: _View, asked: AskedTrial) -> Generator[Ask | Hold, Response | None, Scene]:
         if isinstance(view, DetectionView):
             return (yield from view.present(asked.stimulus, self.exposure_s))
         scene, _ = yield from present(view, *asked.pair, self.exposure_s, self.between_s)
         return scene
 
-    def _task(self, asked: Asked) -> Choose:
+    def _task(self, asked: AskedTrial) -> Choose:
         if self.task == "yes_no":
             return Choose(self.factor, YES_NO, "no" if asked.level is None else "yes", asked.level, forced=False)
         return Choose(self.factor, _PLACES, asked.place, asked.level)
 
-    def _data(self, view: _View, asked: Asked, meaning: str) -> dict[str, Any]:
+    def _data(self, view: _View, asked: AskedTrial, meaning: str) -> dict[str, Any]:
         data: dict[str, Any] = {
             "task": self.task,
             "factor": self.factor,
@@ -297,13 +297,13 @@ class Threshold(TimedKind):
         return data
 
 
-def _blank(rungs: Sequence[Ladder], number: int) -> Asked:
+def _blank(rungs: Sequence[Ladder], number: int) -> AskedTrial:
     """Return the trial without a signal of this number."""
     ladder = rungs[number % len(rungs)]
-    return Asked(ladder, str(ladder.reference), None, first=True)
+    return AskedTrial(ladder, str(ladder.reference), None, first=True)
 
 
-def _scene(view: _View, asked: Asked) -> Scene:
+def _scene(view: _View, asked: AskedTrial) -> Scene:
     return view.scene(asked.stimulus) if isinstance(view, DetectionView) else view.pair(*asked.pair)
 
 

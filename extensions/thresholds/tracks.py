@@ -23,7 +23,7 @@ from runner.blocks import Fault
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class AskedTrial:
     """One trial: a stimulus of a ladder and its ``level``, None without a signal; whether it stands ``first``."""
 
     ladder: Ladder
@@ -148,11 +148,11 @@ class Track:
         return cls(ladder, choices, sides, [rng.random() for _ in range(trials)])
 
     @property
-    def now(self) -> Asked:
+    def now(self) -> AskedTrial:
         """What is asked next."""
         return self._asked(self._level, self.done)
 
-    def following(self) -> tuple[Asked, ...]:
+    def following(self) -> tuple[AskedTrial, ...]:
         """Return what may be asked after ``now``, by its answer."""
         levels = dict.fromkeys(self.choices.after(self._level, right=right) for right in (True, False))
         return tuple(self._asked(level, self.done + 1) for level in levels)
@@ -164,10 +164,10 @@ class Track:
         if self.done < len(self.sides):
             self._level = self.choices.next_level()
 
-    def _asked(self, level: int, number: int) -> Asked:
+    def _asked(self, level: int, number: int) -> AskedTrial:
         names = self.ladder.stimuli[level]
         name = names[int(self.draws[number] * len(names))]
-        return Asked(self.ladder, name, self.ladder.levels[level], self.sides[number])
+        return AskedTrial(self.ladder, name, self.ladder.levels[level], self.sides[number])
 
 
 def interleaved(tracks: int, trials: int, catch: int, rng: random.Random) -> list[int | None]:

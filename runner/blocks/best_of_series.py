@@ -65,7 +65,7 @@ _SECONDS_PER_PICTURE = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Browsed:
+class BrowsedSeries:
     """How one series was gone through: the index chosen, and each picture that was shown with its time in s."""
 
     index: int
@@ -185,7 +185,7 @@ class BestOfSeries(PausedKind):
                 response_time_s=choice.time_s,
             )
 
-    def _browse(self, look: _Look, series: Browsable, start: int) -> Generator[Ask, Response | None, Browsed]:
+    def _browse(self, look: _Look, series: Browsable, start: int) -> Generator[Ask, Response | None, BrowsedSeries]:
         """Let one leaf through ``series`` from ``start`` on, and return the choice."""
         count = len(series.stimuli)
         index, travel = start, 1
@@ -210,7 +210,7 @@ class BestOfSeries(PausedKind):
             response = answer((yield ask))
             path.append((index, round(response.time_s, 6)))
             if response.meaning == "choose":
-                return Browsed(index, tuple(path))
+                return BrowsedSeries(index, tuple(path))
             travel = means[response.meaning]
             neighbour = self._neighbour(index, travel, count)
             index = index if neighbour is None else neighbour

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from devices.display import wrong_lens
-from devices.readings import Kept, Patch, PatchTurn, Reading, must_differ
+from devices.readings import KeptReading, Patch, PatchTurn, Reading, must_differ
 from documents.arrays import Floats
 
 MOST_LIGHT_CD_M2 = 100_000.0
@@ -76,7 +76,7 @@ class Judge:
     doubted once is not doubted again.
     """
 
-    def __init__(self, before: Sequence[Kept] = (), steps: Sequence[PatchTurn] = ()) -> None:
+    def __init__(self, before: Sequence[KeptReading] = (), steps: Sequence[PatchTurn] = ()) -> None:
         kept = sorted(before, key=lambda one: (one.time_s, one.position))
         self._read = [_Read(steps[one.position], np.array(one.reading.XYZ_cd_m2)) for one in kept]
         self._new = self._checked = len(self._read)

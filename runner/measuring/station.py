@@ -35,7 +35,7 @@ from runner.measuring.code_screen import CodeScreen
 from runner.measuring.judge import Judge
 from runner.measuring.options import Dialogue, InstrumentOptions, MeasureOptions, ShowPatches
 from runner.measuring.patch_screen import AskedScreen, PatchScreen
-from runner.measuring.take_readings import Taken, take_readings
+from runner.measuring.take_readings import TakenReadings, take_readings
 from runner.measuring.target import Target, read_target, wiring_of
 from runner.presenter.gamma_check import GammaWatch
 from runner.presenter.surfaces.gamma_tables import LoadedTable
@@ -61,7 +61,7 @@ class MeasurementReport(JsonResult):
 
     file: Path
     tables: tuple[Path, ...]
-    outcome: Taken
+    outcome: TakenReadings
     session: ReadingRun
     json_keys: ClassVar = {"file": "measurement", "session.readings": "readings", "outcome": "*"}
     json_names: ClassVar = "file tables readings missing session.accepted outcome"
@@ -183,7 +183,7 @@ def measure(
     *,
     resume: bool = False,
     again: Sequence[str] = (),
-) -> tuple[Taken, ReadingRun]:
+) -> tuple[TakenReadings, ReadingRun]:
     """Measure, with the readings in ``file``, and return how it went and all readings there are.
 
     With ``resume``, the measurement in ``file`` is resumed; ``again`` are labels of steps to read once more.

@@ -24,10 +24,10 @@ from devices.readings import (
     LostError,
     MeasurementLog,
     PatchEye,
+    PatchOnScreen,
     PatchTurn,
     RangeError,
     Reading,
-    Showing,
 )
 from documents import WorkError, counted
 from runner.measuring.judge import Judge
@@ -39,7 +39,7 @@ _STOPPED = "stopped at the keyboard"
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class TakenReadings:
     """How many readings were taken, the labels of those that could not be, and why it stopped early, if it did.
 
     ``set_aside`` are the labels of readings that make no sense, which do not count; they are to be read again.
@@ -84,7 +84,7 @@ def take_readings(
     judge: Judge | None = None,
     *,
     accept: bool = False,
-) -> Taken:
+) -> TakenReadings:
     """Read ``steps`` in their order, each kept in ``log`` before the next is shown, and ``say`` each.
 
     ``elapsed_s`` returns the seconds since the measurement began, over all its resumptions. A patch out of the
@@ -109,13 +109,15 @@ def take_readings(
     for done, step in enumerate(steps):
         keys.wait_while_paused()
         if keys.stops:
-            return Taken(taken, tuple(failed), _STOPPED)
+            return TakenReadings(taken, tuple(failed), _STOPPED)
         before = step.patch.shown_before
         shown = screen.show_patch(before or step.patch, eye)
         wanted = step.patch.arrangement(eye)
         request = wanted.request(stands)
         if request and not ready(request):
-            return Taken(taken, tuple(failed), _STOPPED if keys.stops else "nobody says that the instrument stands")
+            return TakenReadings(
+                taken, tuple(failed), _STOPPED if keys.stops else "nobody says that the instrument stands"
+            )
         stands = wanted
         keys.wait(read_at_s + step.patch.wait_s - elapsed_s() - settle_s if step.patch.wait_s else 0.0)
         began_s = time.monotonic()
@@ -124,9 +126,9 @@ def take_readings(
             shown = screen.show_patch(step.patch, eye)
         keys.wait(settle_s)
         if keys.stops:
-            return Taken(taken, tuple(failed), _STOPPED)
+            return TakenReadings(taken, tuple(failed), _STOPPED)
         read_at_s = elapsed_s()
-        showing = Showing(step.label, shown.own, step.position, read_at_s, shown.other, step.patch, shown.place)
+        showing = PatchOnScreen(step.label, shown.own, step.position, read_at_s, shown.other, step.patch, shown.place)
         reading, why = None, ""
         try:
             reading = _read(instrument, showing, keys)
@@ -134,12 +136,12 @@ def take_readings(
             why = str(error)
         except InstrumentError as error:
             log.fail(step, read_at_s, str(error))
-            return Taken(taken, (*failed, step.label), str(error))
+            return TakenReadings(taken, (*failed, step.label), str(error))
         if reading is None and not why:
-            return Taken(taken, tuple(failed), _STOPPED)
+            return TakenReadings(taken, tuple(failed), _STOPPED)
         if changed := change():
             log.note(stopped=changed, position=step.position)
-            return Taken(taken, tuple(failed), changed)
+            return TakenReadings(taken, tuple(failed), changed)
         if reading is not None:
             log.keep(step, read_at_s, reading, shown)
             taken += 1
@@ -149,7 +151,7 @@ def take_readings(
                 say(f"kept all the same: {doubt.words}")
             elif doubt:
                 log.set_aside(doubt.positions, doubt.words)
-                return Taken(max(0, taken - len(doubt.labels)), tuple(failed), doubt.words, doubt.labels)
+                return TakenReadings(max(0, taken - len(doubt.labels)), tuple(failed), doubt.words, doubt.labels)
         else:
             log.fail(step, read_at_s, why)
             failed.append(step.label)
@@ -159,10 +161,10 @@ def take_readings(
         found = "X {:.4g}  Y {:.4g}  Z {:.4g} cd/m²".format(*reading.XYZ_cd_m2) if reading else f"not read: {why}"
         left = f"{duration(round(left_s))} left" if done + 1 < len(steps) else "done"
         say(f"{done + 1}/{len(steps)}  {step.label}: {found}  ({left})")
-    return Taken(taken, tuple(failed))
+    return TakenReadings(taken, tuple(failed))
 
 
-def _read(instrument: Instrument, showing: Showing, keys: Keys) -> Reading | None:
+def _read(instrument: Instrument, showing: PatchOnScreen, keys: Keys) -> Reading | None:
     """Return the reading, None if it was stopped at once; an answer that makes no sense is asked for again."""
     for left in reversed(range(TRIES)):
         try:

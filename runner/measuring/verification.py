@@ -16,12 +16,12 @@ from devices.errors import MeasuringError
 from devices.readings import (
     AskedColour,
     Faults,
-    Kept,
+    KeptReading,
     Patch,
     PatchEye,
+    PatchOnScreen,
     PatchSet,
     ReadingRun,
-    Showing,
     ShownPatch,
     Simulated,
     SimulatedDisplay,
@@ -36,7 +36,7 @@ from documents.pages import Block, Table
 from documents.text import JsonResult
 from runner.measuring.options import Dialogue, VerifyOptions
 from runner.measuring.station import Order, measure, open_screen
-from runner.measuring.take_readings import Taken
+from runner.measuring.take_readings import TakenReadings
 from runner.measuring.target import read_target, wiring_of
 from runner.presenter.gamma_check import REMEDY, compare_tables, tables_json
 
@@ -47,7 +47,7 @@ _NOISE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Checked(JsonResult):
+class VerifiedColour(JsonResult):
     """A colour asked, measured, and predicted: XYZ with Y in cd/m², differences in ΔE00 against the display's white.
 
     ``predicted_XYZ_cd_m2`` is what the display file says of the codes that stood on the screen, and
@@ -96,12 +96,12 @@ class DeltaESpread(JsonResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Verified(JsonResult):
+class DisplayVerification(JsonResult):
     """The differences of the colours that were read, ``achieved`` and as the model alone has them; the ``missing`` were
     not read.
     """
 
-    colours: tuple[Checked, ...]
+    colours: tuple[VerifiedColour, ...]
     achieved: DeltaESpread
     predicted: DeltaESpread
     missing: tuple[str, ...] = ()
@@ -117,8 +117,8 @@ class VerificationReport(JsonResult):
     """
 
     file: Path
-    outcome: Taken
-    verdict: Verified | None
+    outcome: TakenReadings
+    verdict: DisplayVerification | None
     limit: float | None = None
     json_keys: ClassVar = {"file": "measurement", "verdict": "*"}
     json_names: ClassVar = "file limit passed verdict"
@@ -261,7 +261,7 @@ def judge(
     display: SimulatedDisplay,
     eye: PatchEye,
     observer: str = DEFAULT_OBSERVER,
-) -> Verified:
+) -> DisplayVerification:
     """Return how far the readings of ``session`` lie from what was ``asked`` of ``eye``.
 
     A gain map that makes the whole panel as dim as its dimmest place makes what was asked dimmer too, above the room's
@@ -283,7 +283,7 @@ def judge(
     achieved = delta_e_2000(wanted_lab, xyz_to_lab(read, white))
     predicted = delta_e_2000(wanted_lab, xyz_to_lab(modelled, white))
     colours = tuple(
-        Checked(
+        VerifiedColour(
             colour.name,
             _triple(wanted[row]),
             _triple(read[row]),
@@ -295,10 +295,10 @@ def judge(
         for row, (colour, _) in enumerate(pairs)
     )
     missing = tuple(colour.name for colour in asked if colour.name not in kept)
-    return Verified(colours, DeltaESpread.of(achieved), DeltaESpread.of(predicted), missing)
+    return DisplayVerification(colours, DeltaESpread.of(achieved), DeltaESpread.of(predicted), missing)
 
 
-def _read_for(kept: Kept, observer: str) -> Floats:
+def _read_for(kept: KeptReading, observer: str) -> Floats:
     """Return what was read, XYZ (3,) in cd/m² for ``observer``."""
     reading = kept.reading
     if observer == DEFAULT_OBSERVER:
@@ -311,11 +311,11 @@ def _read_for(kept: Kept, observer: str) -> Floats:
     return np.asarray(xyz_from_spectra(reading.spectrum, reading.wavelengths_nm, observer)[0])
 
 
-def _predicted(session: ReadingRun, kept: Kept, display: SimulatedDisplay, eye: PatchEye) -> Triple:
+def _predicted(session: ReadingRun, kept: KeptReading, display: SimulatedDisplay, eye: PatchEye) -> Triple:
     """Return what the display file says of the codes that stood on the screen while ``kept`` was read."""
     step = session.steps[kept.position]
     shown = kept.shown or ShownPatch(step.patch.codes, step.patch.codes if eye == "both" else (0.0, 0.0, 0.0))
-    showing = Showing(step.label, shown.own, 0, 0.0, shown.other, step.patch, shown.place)
+    showing = PatchOnScreen(step.label, shown.own, 0, 0.0, shown.other, step.patch, shown.place)
     return Simulated(display, 0, _NO_FAULT, eye).read(showing).XYZ_cd_m2
 
 

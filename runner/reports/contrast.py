@@ -17,7 +17,7 @@ from stimuli.build import StimulusSet, build_set, display_of
 from stimuli.luminance import ContrastOverExposure, contrast_over_exposure, exposure_words
 from stimuli.pictures import StereoImage
 from stimuli.recipes import DisplaySetup
-from stimuli.sparkle import Cutoff
+from stimuli.sparkle import SparkleThreshold
 
 _SHOWN = SERIES_COLOURS[1]
 _SUFFIXES = (".svg", ".pdf")
@@ -71,7 +71,9 @@ def contrast(
     shown_by, pitch_mm = display_of(rig, pixel_pitch_mm, ask_monitor)
     built = build_set(recipe, pitch_mm, progress, setup=None if shown_by is None else DisplaySetup.of(shown_by))
     models = None if shown_by is None else shown_by.models
-    found = contrast_over_exposure(_pictures(built, names), models, threshold=Cutoff(times), mean_cd_m2=mean_cd_m2)
+    found = contrast_over_exposure(
+        _pictures(built, names), models, threshold=SparkleThreshold(times), mean_cd_m2=mean_cd_m2
+    )
     if figure is not None:
         with writing(figure, "figure", WorkError):
             write_figure(found, figure)

@@ -127,7 +127,7 @@ def unsimulated(behaviour: BehaviourSpec, design: PairDesign) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Assumed:
+class AssumedScores:
     """Log scores ``theta`` (n,) in nats, which pairs differ (``differs``, (P,)), a ``lapse_rate``, and notes.
 
     ``scores_of`` says whose scores they are; ``spread`` is how much observers differ, where the same answers say it.
@@ -149,7 +149,7 @@ def assume(
     spread_nats: float | None,
     with_simulated: bool = False,
     keep_na: bool = False,
-) -> Assumed:
+) -> AssumedScores:
     """Return the scores that the given source gives; equal steps over 2 nats without a source.
 
     A file of simulated observers gives scores and, where it names them for all stimuli, their classes; ``simulate``
@@ -178,12 +178,12 @@ def assume(
         each = " within each group" if design.groups else ""
         steps = f"Scores are assumed at equal steps over {nats:g} nats{each}, in the recipe's order"
         odds = f": the best is preferred to the worst {100 / (1 + np.exp(-nats)):.0f} times in 100."
-        return Assumed(theta, differing_pairs(theta), 0.0, (steps + odds, *ties))
+        return AssumedScores(theta, differing_pairs(theta), 0.0, (steps + odds, *ties))
     spec = read_scored_observer(file, design.items)
     theta = score_theta(spec.scores, design.items)
     labels = [spec.stimuli[name].perceptual_class for name in design.items]
     left_out = tuple(unsimulated(spec, design)) if simulate is not None else ()
-    return Assumed(
+    return AssumedScores(
         theta, differing_pairs(theta, labels), spec.lapse_rate if simulate is not None else 0.0, (*left_out, *ties)
     )
 
@@ -223,7 +223,7 @@ def _printed(file: Path) -> Any:
         raise ResultsError(Finding(f"this is no JSON: {error}", str(file), remedy=remedy)) from None
 
 
-def _by_printed(printed: Any, file: str, design: PairDesign, notes: tuple[str, ...]) -> Assumed:
+def _by_printed(printed: Any, file: str, design: PairDesign, notes: tuple[str, ...]) -> AssumedScores:
     """Return what `cyclopean scores --json` printed, of whichever model of observers, with groups or without."""
     values = printed if isinstance(printed, dict) else {}
     groups = values["groups"] if isinstance(values.get("groups"), list) else [values]
@@ -239,11 +239,11 @@ def _by_printed(printed: Any, file: str, design: PairDesign, notes: tuple[str, .
         raise ResultsError(Finding(f"'{empty[0]}' has no score", file, remedy="assume one in a file of observers"))
     if not random:
         theta = score_theta({name: float(score) for name, score in scores.items()}, design.items)
-        return Assumed(theta, differing_pairs(theta), 0.0, notes)
+        return AssumedScores(theta, differing_pairs(theta), 0.0, notes)
     theta = score_theta({name: float(np.exp(score)) for name, score in scores.items()}, design.items)
     spread: dict[str, Any] = values["spread"]
     measured = spread["sd"], spread["low"], spread["high"]
-    return Assumed(theta, differing_pairs(theta), 0.0, notes, "typical", measured)
+    return AssumedScores(theta, differing_pairs(theta), 0.0, notes, "typical", measured)
 
 
 def _is_item(item: object) -> bool:

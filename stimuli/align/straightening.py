@@ -33,7 +33,7 @@ _MIDDLE_PARTS = (3, 5, 8)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Straightened:
+class StraightenedPair:
     """A pair without roll and scale between its views, cropped to what both hold, and the shift left for `align_pair`.
 
     ``roll_scale`` is what was measured. It is undone, and ``applied`` true, if it is certain and reaches a twentieth of
@@ -61,7 +61,7 @@ def straighten(
     offset_px: tuple[float, float] | None = None,
     region: Region | None = None,
     most_px: tuple[int, int] | None = None,
-) -> Straightened:
+) -> StraightenedPair:
     """Return a pair, linear XYZ or RGB (height, width, 3), with the roll and the scale between its views undone.
 
     Each view takes half of it, about the middle of the picture, by a cubic spline in linear light. ``region``
@@ -83,7 +83,7 @@ def straighten(
 
     Returns
     -------
-    Straightened
+    StraightenedPair
         Both views, cropped to what they share, the roll in degrees and the scale between them, and whether they were
         undone.
 
@@ -139,7 +139,7 @@ def straighten(
     step: dict[str, Any] = {"step": "straighten", "applied": applied, **whole.to_json()}
     if not applied:
         views = [np.asarray(view, dtype=np.float32) for view in (left, right)]
-        return Straightened(views[0], views[1], whole, False, (0, 0, width, height), (step,))
+        return StraightenedPair(views[0], views[1], whole, False, (0, 0, width, height), (step,))
     halves = _halves(matrix, width, height)
     crop = common_part(halves, width, height, "the roll is too large: mark points instead, or level the cameras")
     moved = np.array([[1.0, 0.0, crop[0]], [0.0, 1.0, crop[1]], [0.0, 0.0, 1.0]])
@@ -152,7 +152,7 @@ def straighten(
         "crop": list(crop),
         "negative_px_set_to_0": {"left": warped[0].negative_px, "right": warped[1].negative_px},
     }
-    return Straightened(warped[0].picture, warped[1].picture, whole, True, crop, (step,))
+    return StraightenedPair(warped[0].picture, warped[1].picture, whole, True, crop, (step,))
 
 
 def _measured(left_plane: Floats32, right_plane: Floats32, shift: tuple[float, float]) -> RollScale:

@@ -46,7 +46,7 @@ class Keystone(JsonResult):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Rectified:
+class RectifiedPair:
     """A pair as parallel cameras would have taken it, cropped to what both saw, and the keystone that was undone.
 
     ``crop`` is the part kept: first column, first row, column and row after the last.
@@ -133,7 +133,7 @@ def rectify_toe_in(
     focal_length_px: float,
     *,
     viewing: Viewing | None = None,
-) -> Rectified:
+) -> RectifiedPair:
     """Return a pair, linear XYZ or RGB (height, width, 3), as parallel cameras would have taken it.
 
     Parameters
@@ -149,7 +149,7 @@ def rectify_toe_in(
 
     Returns
     -------
-    Rectified
+    RectifiedPair
         Both views, float32, cropped to what both saw, and the keystone that was undone.
 
     Raises
@@ -188,7 +188,7 @@ def rectify_toe_in(
         "crop": list(crop),
         "negative_px_set_to_0": {eye: view.negative_px for eye, view in zip(eyes, warped, strict=True)},
     }
-    return Rectified(warped[0].picture, warped[1].picture, undone, crop, (step,))
+    return RectifiedPair(warped[0].picture, warped[1].picture, undone, crop, (step,))
 
 
 def _check(toe_in_deg: float, focal_length_px: float) -> None:

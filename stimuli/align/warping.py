@@ -22,7 +22,7 @@ _PAD = 12
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Warped:
+class WarpedPicture:
     """A warped picture, how many of its pixels lie outside the one it came from, and how many were set to 0."""
 
     picture: Floats32
@@ -30,7 +30,7 @@ class Warped:
     negative_px: int
 
 
-def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int], *, of: int | None = None) -> Warped:
+def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int], *, of: int | None = None) -> WarpedPicture:
     """Return ``picture`` (height, width, channels) as it lies before a homography, of ``size_px`` across and down.
 
     In linear light, by a cubic spline; what lies outside takes the nearest edge's light and is counted; where
@@ -50,7 +50,7 @@ def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int], *, of: 
 
     Returns
     -------
-    Warped
+    WarpedPicture
         The picture, float32 (height, width, channels), and how many of its pixels lie outside or were set to 0.
 
     Examples
@@ -75,7 +75,7 @@ def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int], *, of: 
         if plane.min() >= 0.0:
             below |= warped[:, :, channel] < 0.0
             np.maximum(warped[:, :, channel], 0.0, out=warped[:, :, channel])
-    return Warped(warped, _outside(matrix, size_px, size), int(below.sum()))
+    return WarpedPicture(warped, _outside(matrix, size_px, size), int(below.sum()))
 
 
 def is_shift(matrix: Floats) -> bool:

@@ -28,7 +28,7 @@ from stimuli.recipes.banded_picture import BandedPicture
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
 from stimuli.recipes.recipe import RECIPES
 from stimuli.recipes.recipe_kind import RecipeKind
-from stimuli.sparkle.measures.find import Cutoff
+from stimuli.sparkle.measures.find import SparkleThreshold
 
 Entry = dict[str, Any]
 
@@ -227,7 +227,9 @@ class Builder:
         return {"name": name, "file": f"{name}{entry.pop('suffix')}", "factors": factors, **entry}
 
 
-def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Cutoff | None, observer: str) -> Entry:
+def _write(
+    made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: SparkleThreshold | None, observer: str
+) -> Entry:
     suffix = made.image.suffix if isinstance(made.image, CodedPicture) else ".exr"
     picture = unfinished.picture(key, suffix)
     if isinstance(made.image, BandedPicture):
@@ -250,7 +252,7 @@ def _recorded(
     key: str,
     suffix: str,
     unfinished: UnfinishedSet,
-    threshold: Cutoff | None,
+    threshold: SparkleThreshold | None,
 ) -> Entry:
     """Record a picture that was written, with the statistics of its luminance, which ``image`` has."""
     entry = {
@@ -266,7 +268,9 @@ def _recorded(
     return entry
 
 
-def _statistics(made: MadePicture, image: StereoImage | CodedPicture, threshold: Cutoff | None) -> dict[str, Any]:
+def _statistics(
+    made: MadePicture, image: StereoImage | CodedPicture, threshold: SparkleThreshold | None
+) -> dict[str, Any]:
     """Return the columns of Table 4.3 that the picture and its steps hold."""
     exposures = [step.get("exposure_s", step.get("time_s")) for step in made.steps if step["step"] in _EXPOSED]
     scales = [float(step["luminance_scale"]) for step in made.steps if "luminance_scale" in step]

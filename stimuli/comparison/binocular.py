@@ -36,7 +36,7 @@ from stimuli.comparison.disparities import (
 from stimuli.comparison.eye_identity import LOCAL_MEAN_PX, ViewPair, local_contrast
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Mask
-from stimuli.sparkle.measures.find import Cutoff, find_peaks
+from stimuli.sparkle.measures.find import SparkleThreshold, find_peaks
 
 # Squares have a fifth of the shorter side up to the usual, and a twentieth of larger pictures, within these bounds.
 _SHARE, _USUAL_PX, _MOST_ACROSS, _SQUARE_PX = 5, 64, 20, (48, 96)
@@ -186,7 +186,7 @@ def _sparkles(
     from scipy.spatial import KDTree
 
     try:
-        found = [find_peaks(plane, Cutoff()) for plane in views]
+        found = [find_peaks(plane, SparkleThreshold()) for plane in views]
     except StimulusError:
         return None  # half of the picture is brighter than a sparkle has to be
     at = []

@@ -24,7 +24,7 @@ from stimuli.comparison.regions import PairedArea
 from stimuli.comparison.sharpness import blurred
 from stimuli.comparison.verdict import Limits, Outcome, Reason
 from stimuli.pictures.rows import Mask, RowFile, bands
-from stimuli.sparkle.measures.find import Cutoff, Peaks
+from stimuli.sparkle.measures.find import Peaks, SparkleThreshold
 from stimuli.sparkle.measures.measure import SparkleMeasures, Uncertain, measure_sparkles, mutual_nearest
 
 # Less is no turn and no growth.
@@ -154,7 +154,7 @@ def sparkle_area(
     rendering_plane = _filled(
         source, slice(rows.start + down, rows.stop + down), slice(columns.start + across, columns.stop + across), mask
     )
-    threshold = Cutoff()
+    threshold = SparkleThreshold()
     measured = in_threads(lambda plane: measure_sparkles(plane, threshold), (photo_plane, rendering_plane))
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
     left = (alignment.shift_px[0] - across, alignment.shift_px[1] - down) if alignment.moved and shifted else (0.0, 0.0)

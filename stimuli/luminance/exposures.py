@@ -26,7 +26,7 @@ from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 from stimuli.sparkle.measures.background import local_background
-from stimuli.sparkle.measures.find import Cutoff, find_peaks
+from stimuli.sparkle.measures.find import SparkleThreshold, find_peaks
 from stimuli.sparkle.measures.measure import Uncertain, measure_sparkles
 
 Luminance = NDArray[np.float32]
@@ -120,7 +120,7 @@ def contrast_over_exposure(
     pictures: Sequence[tuple[str, float, StereoImage]],
     models: EyeModels | None = None,
     *,
-    threshold: Cutoff | None = None,
+    threshold: SparkleThreshold | None = None,
     mean_cd_m2: float | None = None,
     eye: Eye = "left",
 ) -> ContrastOverExposure:
@@ -164,7 +164,7 @@ def contrast_over_exposure(
     ordered = sorted(pictures, key=lambda picture: picture[1])
     _check(ordered)
     first = ordered[0][2].luminance_cd_m2(eye)
-    peaks = find_peaks(first, threshold or Cutoff(), window_px=_WINDOW_PX)
+    peaks = find_peaks(first, threshold or SparkleThreshold(), window_px=_WINDOW_PX)
     if not len(peaks):
         raise StimulusError(
             Finding(
@@ -189,7 +189,7 @@ def contrast_over_exposure(
                 float(luminance.max()),
                 _contrast(luminance, *places),
                 shown,
-                measure_sparkles(luminance, threshold or Cutoff()).width_px,
+                measure_sparkles(luminance, threshold or SparkleThreshold()).width_px,
             )
         )
     return ContrastOverExposure(eye, len(peaks), tuple(rows))

@@ -15,7 +15,7 @@ from documents.text import JsonResult
 from stimuli.luminance.saturation import Saturation, measure_saturation
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.stereo_image import Eye, StereoImage
-from stimuli.sparkle.measures.find import Cutoff
+from stimuli.sparkle.measures.find import SparkleThreshold
 from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles
 
 # A picture's extremes are single pixels; its robust range leaves out the darkest and the brightest thousandth.
@@ -91,7 +91,7 @@ def picture_statistics(
     *,
     exposure_s: float | None = None,
     luminance_scale: float = 1.0,
-    threshold: Cutoff | None = None,
+    threshold: SparkleThreshold | None = None,
     scale: PixelScale | None = None,
 ) -> PictureStatistics:
     """Return the statistics of each eye's picture (thesis Table 4.3); what both eyes share is computed once.
@@ -137,7 +137,7 @@ def _statistics(
     image: StereoImage | CodedPicture,
     eye: Eye,
     models: EyeModels | None,
-    threshold: Cutoff | None,
+    threshold: SparkleThreshold | None,
     scale: PixelScale | None,
 ) -> EyeStatistics:
     luminance = image.luminance_cd_m2(eye)

@@ -15,7 +15,7 @@ from documents.yaml import FileModel, NotNegative, Positive
 from stimuli.develop.options import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
-from stimuli.sparkle.measures.find import Cutoff
+from stimuli.sparkle.measures.find import SparkleThreshold
 from stimuli.sparkle.scene import Chromaticity
 
 Step = Mapping[str, Any]
@@ -126,9 +126,9 @@ class SparklesSpec(FileModel):
             raise ValueError("give 'times' the background, 'above_cd_m2', or both")
         return self
 
-    def threshold(self) -> Cutoff:
+    def threshold(self) -> SparkleThreshold:
         """Return the threshold."""
-        return Cutoff(self.times, self.above_cd_m2)
+        return SparkleThreshold(self.times, self.above_cd_m2)
 
 
 class DevelopSpec(FileModel):

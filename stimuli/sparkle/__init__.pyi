@@ -1,5 +1,5 @@
 from .flakes import scatter_flakes as scatter_flakes
-from .measures.find import Cutoff as Cutoff
+from .measures.find import SparkleThreshold as SparkleThreshold
 from .measures.measure import PixelScale as PixelScale
 from .measures.measure import SparkleMeasures as SparkleMeasures
 from .measures.measure import measure_sparkles as measure_sparkles

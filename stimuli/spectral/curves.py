@@ -9,7 +9,7 @@ import numpy as np
 
 from documents import Finding
 from documents.arrays import Floats
-from documents.tables import ENDINGS, Cells, Form, InColumn
+from documents.tables import ENDINGS, Cells, ColumnSpec, Form
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 
@@ -64,9 +64,9 @@ def read_reflectances(path: Path) -> tuple[Floats, dict[str, Floats]]:
 
 def _read(path: Path, names: tuple[str, ...] = ()) -> tuple[Floats, Floats, tuple[str, ...]]:
     """Return the rising wavelengths, the values (n, names), nowhere negative, and the names; all others without any."""
-    columns = tuple(InColumn(name, least=0.0, most=_MOST) for name in names)
-    others = None if names else InColumn("", least=0.0, most=_MOST)
-    wavelength = InColumn(WAVELENGTH, least=0.0, most=_MOST)
+    columns = tuple(ColumnSpec(name, least=0.0, most=_MOST) for name in names)
+    others = None if names else ColumnSpec("", least=0.0, most=_MOST)
+    wavelength = ColumnSpec(WAVELENGTH, least=0.0, most=_MOST)
     table = Form((wavelength, *columns), "table", StimulusError, _MOST_BYTES, others=others).read(path, _falling)
     names = names or tuple(name for name in table.places if name != WAVELENGTH)
     if not names:

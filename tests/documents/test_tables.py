@@ -15,7 +15,7 @@ from devices.camera import read_correspondences, read_reference
 from devices.readings import read_measurements
 from devices.readings.sets import read_patches
 from documents import Finding, InputError
-from documents.tables import Form, InColumn, csv_lines, number_in
+from documents.tables import ColumnSpec, Form, csv_lines, number_in
 from extensions.profiles.converted_table import read_colours
 from stimuli.spectral.curves import read_reflectances
 
@@ -117,7 +117,7 @@ def test_counts_have_one_decimal_mark(tmp_path: Path) -> None:
     assert [(finding.line, finding.column) for finding in caught.value.findings] == [(3, 5)]
 
 
-SEEN = Form((InColumn("X", unit="cd/m²"), InColumn("Y"), InColumn("name", text=True, needed=False)))
+SEEN = Form((ColumnSpec("X", unit="cd/m²"), ColumnSpec("Y"), ColumnSpec("name", text=True, needed=False)))
 
 
 @pytest.mark.parametrize(

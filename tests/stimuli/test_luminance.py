@@ -34,7 +34,7 @@ from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviatio
 from stimuli.pictures import StereoImage, XYZImage
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import Cutoff, PixelScale, plate_light, scatter_flakes
+from stimuli.sparkle import PixelScale, SparkleThreshold, plate_light, scatter_flakes
 from stimuli.sparkle.studio import photograph
 from tests.kept import known
 
@@ -379,7 +379,9 @@ def statistics_pair() -> StereoImage:
 
 
 def test_statistics_equal_plain_calculation(statistics_pair: StereoImage, models: EyeModels) -> None:
-    told = picture_statistics(statistics_pair, models, exposure_s=1 / 15, luminance_scale=0.51, threshold=Cutoff())
+    told = picture_statistics(
+        statistics_pair, models, exposure_s=1 / 15, luminance_scale=0.51, threshold=SparkleThreshold()
+    )
     assert (told.exposure_s, told.luminance_scale) == (1 / 15, 0.51)
     for eye, xyz, count in (("left", statistics_pair.left, 9), ("right", statistics_pair.right, 5)):
         one = told.eyes["left" if eye == "left" else "right"]
@@ -405,7 +407,9 @@ def test_a_flat_picture_is_looked_at_once(statistics_pair: StereoImage, models: 
 
 def test_the_manifest_holds_no_infinity(models: EyeModels) -> None:
     dark = np.zeros((20, 20, 3), np.float32)
-    told = picture_statistics(StereoImage.flat(dark), models, threshold=Cutoff(0, 1), scale=PixelScale(10, 50))
+    told = picture_statistics(
+        StereoImage.flat(dark), models, threshold=SparkleThreshold(0, 1), scale=PixelScale(10, 50)
+    )
     text = json.dumps(told.to_json(), allow_nan=False)
     assert json.loads(text)["eyes"]["left"]["dynamic_range"]["stops"] == 0
     dark[3, 4] = 1

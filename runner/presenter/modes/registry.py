@@ -83,7 +83,7 @@ def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
     mode = MODES[name]
     if options is None or options == ModeOptions():
         return mode
-    return Adjusted(mode.with_filters(options.filters) if options.filters else mode, options)
+    return AdjustedMode(mode.with_filters(options.filters) if options.filters else mode, options)
 
 
 def available(surface: Surface) -> dict[str, str | None]:
@@ -109,7 +109,7 @@ _OTHER: dict[Eye, Eye] = {"left": "right", "right": "left"}
 
 
 @dataclass(frozen=True, slots=True)
-class Adjusted(Mode):
+class AdjustedMode(Mode):
     """``mode`` with ``options``; it keeps the mode's name, because the light is the same.
 
     Raises PresentationError if the mode shows both eyes the same pixels and the options would make them differ.

@@ -56,7 +56,7 @@ def draw_panel(panel: PlotAxes, description: str) -> Drawing:
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class SeriesStyle:
     """How a series looks: no two named ones of a panel agree in colour, marker and dashes."""
 
     colour: str
@@ -68,7 +68,7 @@ DASHES = ("-", (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0, (3, 2, 1.5, 2, 1.5, 2))
 DASHED = (0, (5, 3))
 
 
-def looks(lines: Sequence[Trace]) -> list[Look]:
+def looks(lines: Sequence[Trace]) -> list[SeriesStyle]:
     """Return how each series of a panel is drawn.
 
     The first has the colour that its check asks for, a dot and a whole line. Each further named one with points has a
@@ -89,11 +89,11 @@ def looks(lines: Sequence[Trace]) -> list[Look]:
         else:
             number = 0
         dashes = DASHED if line.style == "dashed" else DASHES[number % len(DASHES)] if line.style == "line" else "-"
-        found.append(Look(colour, MARKERS[number % len(MARKERS)], dashes))
+        found.append(SeriesStyle(colour, MARKERS[number % len(MARKERS)], dashes))
     return found
 
 
-def _draw(axes: Axes, line: Trace, look: Look) -> None:
+def _draw(axes: Axes, line: Trace, look: SeriesStyle) -> None:
     label = _short(line.name) or "_"
     x, y = list(line.x), list(line.y)
     if line.style == "outline":

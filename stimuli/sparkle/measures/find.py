@@ -34,7 +34,7 @@ _MOST_ABOVE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Cutoff:
+class SparkleThreshold:
     """What a sparkle is brighter than: ``times`` the local background and ``above_cd_m2``; 0 asks for nothing.
 
     ``times`` 2 is a Weber contrast above 1. Raises StimulusError if neither asks for anything.
@@ -71,7 +71,7 @@ class Peaks:
         return len(self.row)
 
 
-def find_peaks(luminance_cd_m2: Luminance, threshold: Cutoff, *, window_px: int = 64) -> Peaks:
+def find_peaks(luminance_cd_m2: Luminance, threshold: SparkleThreshold, *, window_px: int = 64) -> Peaks:
     """Return the peaks of a picture's luminance, float32 (rows, columns), in cd/m².
 
     Raises
@@ -113,7 +113,7 @@ def checked(luminance_cd_m2: Luminance) -> None:
         raise StimulusError(f"the luminance of {counted(strange, 'pixel', 'pixels')} is NaN or infinite")
 
 
-def _above(luminance: Luminance, background: Background, threshold: Cutoff) -> NDArray[np.int64]:
+def _above(luminance: Luminance, background: Background, threshold: SparkleThreshold) -> NDArray[np.int64]:
     """Return the places, counted along the rows, of the pixels above the threshold, rising."""
     height, width = luminance.shape
     places = []

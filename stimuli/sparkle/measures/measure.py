@@ -16,7 +16,7 @@ from documents.arrays import Floats
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Luminance
-from stimuli.sparkle.measures.find import SEPARATION_PX, Cutoff, Peaks, find_peaks
+from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, SparkleThreshold, find_peaks
 from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, sparkle_moments
 from stimuli.sparkle.measures.profile import RadialProfile, radial_profile
 
@@ -60,7 +60,7 @@ class SparkleMeasures:
     that lie so near another that one was seen, if places are random. ``unfit`` have no Gaussian's form.
     """
 
-    threshold: Cutoff
+    threshold: SparkleThreshold
     scale: PixelScale
     pixels: int
     peaks: Peaks
@@ -131,7 +131,7 @@ class SparkleMeasures:
 
 def measure_sparkles(
     luminance_cd_m2: Luminance,
-    threshold: Cutoff | None = None,
+    threshold: SparkleThreshold | None = None,
     scale: PixelScale | None = None,
     *,
     window_px: int = 64,
@@ -168,7 +168,7 @@ def measure_sparkles(
     >>> sparkles.count, sparkles.contrast.value
     (Uncertain(value=9.0, se=3.0), 7.0)
     """
-    threshold = threshold or Cutoff()
+    threshold = threshold or SparkleThreshold()
     peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px)
     moments = sparkle_moments(luminance_cd_m2, peaks)
     alone = peaks.peaks_in_area == 1

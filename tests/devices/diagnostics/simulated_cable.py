@@ -15,7 +15,16 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.display import MIXTURES, NODES, DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve
-from devices.readings import Faults, Measurements, PatchTurn, Showing, Simulated, SimulatedDisplay, find_sets, steps
+from devices.readings import (
+    Faults,
+    Measurements,
+    PatchOnScreen,
+    PatchTurn,
+    Simulated,
+    SimulatedDisplay,
+    find_sets,
+    steps,
+)
 
 Examination = Callable[[Measurements], Diagnosis]
 EACH_S = 10.0
@@ -38,7 +47,7 @@ def read_cable(model: DisplayModel, faults: Faults, seed: int, highest: int = 25
     instrument = Simulated(SimulatedDisplay(EyeModels(model, model)), seed, faults)
     shown = _order(seed % 8, highest)
     light = [
-        instrument.read(Showing(s.label, s.patch.codes, s.position, EACH_S * s.position, s.patch.codes, s.patch))
+        instrument.read(PatchOnScreen(s.label, s.patch.codes, s.position, EACH_S * s.position, s.patch.codes, s.patch))
         for s in shown
     ]
     return Measurements(

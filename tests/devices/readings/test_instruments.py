@@ -14,9 +14,9 @@ from devices.readings import (
     Faults,
     GarbledError,
     LostError,
+    PatchOnScreen,
     RangeError,
     Reading,
-    Showing,
     Simulated,
     Wiring,
     open_instrument,
@@ -38,33 +38,33 @@ def _typing(*lines: str | None) -> tuple[Manual, list[str]]:
 
 def test_a_person_types_three_numbers_in_any_of_the_usual_ways() -> None:
     manual, told = _typing("1 2 3", "1.5, 2.5,3.5", " 1e1;2e1;3e1 ")
-    showing = Showing("a", (0.0, 0.0, 0.0), 0)
+    showing = PatchOnScreen("a", (0.0, 0.0, 0.0), 0)
     assert [manual.read(showing).XYZ_cd_m2 for _ in range(3)] == [(1, 2, 3), (1.5, 2.5, 3.5), (10, 20, 30)]
     assert not told
 
 
 def test_a_person_who_mistypes_is_asked_again() -> None:
     manual, told = _typing("", "1 2", "1 2 x", "1 2 -3", "1 2 nan", "1 2 3 4", "4 5 6")
-    assert manual.read(Showing("a", (0.0, 0.0, 0.0), 0)).XYZ_cd_m2 == (4, 5, 6)
+    assert manual.read(PatchOnScreen("a", (0.0, 0.0, 0.0), 0)).XYZ_cd_m2 == (4, 5, 6)
     assert len(told) == 6
 
 
 def test_a_person_skips_or_leaves() -> None:
     manual, _ = _typing("skip", None)
     with pytest.raises(RangeError, match="skipped"):
-        manual.read(Showing("a", (0.0, 0.0, 0.0), 0))
+        manual.read(PatchOnScreen("a", (0.0, 0.0, 0.0), 0))
     with pytest.raises(LostError, match="nobody types"):
-        manual.read(Showing("a", (0.0, 0.0, 0.0), 0))
+        manual.read(PatchOnScreen("a", (0.0, 0.0, 0.0), 0))
 
 
 def test_a_simulated_instrument_without_faults_reads_the_model() -> None:
     for position, codes in enumerate(np.random.default_rng(1).random((20, 3)).tolist()):
-        reading = Simulated(MODEL, 3, NONE).read(Showing("a", tuple(codes), position, 900.0))
+        reading = Simulated(MODEL, 3, NONE).read(PatchOnScreen("a", tuple(codes), position, 900.0))
         np.testing.assert_allclose(reading.XYZ_cd_m2, MODEL.xyz(codes), rtol=1e-12)
 
 
 def test_the_noise_is_as_large_as_said_and_the_same_for_a_seed() -> None:
-    white = [Showing("w", (1.0, 1.0, 1.0), position) for position in range(1000)]
+    white = [PatchOnScreen("w", (1.0, 1.0, 1.0), position) for position in range(1000)]
     read = np.array([Simulated(MODEL, 7, Faults(noise=0.01)).read(one).XYZ_cd_m2 for one in white])
     share = read / MODEL.xyz([1.0, 1.0, 1.0]) - 1.0
     assert share.std(axis=0) == pytest.approx([0.01] * 3, rel=0.11)  # 5 standard errors
@@ -87,7 +87,7 @@ def test_each_fault_does_what_it_says() -> None:
     np.testing.assert_allclose(light((0.5, 1, 1), mixing), MODEL.xyz([0.52, 1, 1]))
     np.testing.assert_allclose(light((0.5, 0, 0), mixing), MODEL.xyz([0.5, 0, 0]))
     drifting = Simulated(MODEL, 0, Faults(noise=0.0, drift_per_hour=0.1))
-    reading = drifting.read(Showing("w", (1.0, 1.0, 1.0), 0, 1800.0))
+    reading = drifting.read(PatchOnScreen("w", (1.0, 1.0, 1.0), 0, 1800.0))
     np.testing.assert_allclose(reading.XYZ_cd_m2, 1.05 * MODEL.xyz([1, 1, 1]))
 
 

@@ -15,8 +15,8 @@ from devices.readings import (
     GarbledError,
     InstrumentError,
     LostError,
+    PatchOnScreen,
     RangeError,
-    Showing,
     Wiring,
     open_instrument,
     recorded_name,
@@ -108,7 +108,7 @@ def test_another_packages_instrument_is_opened_by_its_name(
     line = play({command: f"{answer}\r\n".encode() for command, answer in said.items()}, b"\n")
     opened = open_instrument("acme-lm", Wiring(line.port, {"answer_s": "5"}))
     assert recorded_name("acme-lm", opened) == "Acme LM 150 77 (by acme 2.1)"
-    assert opened.read(Showing("white", (1.0, 1.0, 1.0), 0)).XYZ_cd_m2 == LIGHT
+    assert opened.read(PatchOnScreen("white", (1.0, 1.0, 1.0), 0)).XYZ_cd_m2 == LIGHT
     opened.close()
     for name, said_of in (("torn", "torn 1.0"), ("acme-lx", "did you mean 'acme-lm'")):
         with pytest.raises((DeviceError, InputError), match=said_of):

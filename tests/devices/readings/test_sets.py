@@ -26,8 +26,8 @@ from devices.readings import (
     Measurements,
     Patch,
     PatchEye,
+    PatchOnScreen,
     PatchSet,
-    Showing,
     Simulated,
     SimulatedDisplay,
     asked_of,
@@ -249,7 +249,7 @@ def read_sets(
         black = (0.0, 0.0, 0.0)
         other = patch.other if patch.other is not None else patch.codes if eye == "both" else black
         place = (0.5, 0.5) if patch.place is None else patch.place.centre
-        showing = Showing(step.label, patch.codes, step.position, now_s, other, patch, place)
+        showing = PatchOnScreen(step.label, patch.codes, step.position, now_s, other, patch, place)
         taken.append(instrument.read(showing).XYZ_cd_m2)
         time_s.append(now_s)
     return Measurements(

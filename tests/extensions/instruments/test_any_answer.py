@@ -11,10 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cyclopean.testing import prove_instrument
-from devices.readings import Instrument, InstrumentError, Showing, TimedOutError
+from devices.readings import Instrument, InstrumentError, PatchOnScreen, TimedOutError
 from extensions.instruments import CS2000, PhotoResearch, cs2000, photo_research
 
-SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)
+SHOWING = PatchOnScreen("white", (1.0, 1.0, 1.0), 0)
 FIELD = st.one_of(
     st.sampled_from(["OK00", "ER10", "ER99", "00000", "-0008", "1", "1e999", "nan", "-inf", "", "CS-2000", "0x1"]),
     st.floats().map(repr),

@@ -16,15 +16,15 @@ import pytest
 from devices.readings import (
     GarbledError,
     LostError,
+    PatchOnScreen,
     RangeError,
-    Showing,
     TimedOutError,
 )
 from extensions.instruments import CS2000, PhotoResearch, Spotread
 
 # ArgyllCMS's spotread, played by a small program that says what it says.
 
-SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)
+SHOWING = PatchOnScreen("white", (1.0, 1.0, 1.0), 0)
 PLAYED = """\
 #!{python}
 import os, sys

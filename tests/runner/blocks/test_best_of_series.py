@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runner.blocks import Block, Draft, Stimuli
-from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Browsed
+from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BrowsedSeries
 from runner.blocks.series import find_series, series_scene, series_targets
 from runner.observers import plain_key, walk
 from runner.ports import Ask, Browse, Button, Rate
@@ -144,7 +144,7 @@ def test_dwell_times_add_up_to_the_response_time(start: int, keys: list[str]) ->
     for number, key in enumerate(keys):
         path.append((index, round(0.1 * number + 0.05, 6)))
         index = min(5, max(0, index + (1 if key == "right" else -1)))
-    choice = Browsed(index, (*path, (index, 0.25)))
+    choice = BrowsedSeries(index, (*path, (index, 0.25)))
     assert sum(choice.dwell_s(6)) == pytest.approx(choice.time_s, abs=1e-5)
     assert {i for i, seconds in enumerate(choice.dwell_s(6)) if seconds} == {i for i, _ in choice.path}
 

@@ -13,11 +13,11 @@ import pytest
 from click.testing import CliRunner, Result
 
 from devices.readings import (
-    Kept,
+    KeptReading,
     Patch,
+    PatchOnScreen,
     PatchTurn,
     Reading,
-    Showing,
     Simulated,
     find_patches,
     read_measurements,
@@ -29,7 +29,7 @@ from runner.cli.main import group
 from runner.measuring.judge import Judge
 from tests.choice import nightly
 
-Fault = Callable[[Floats, Showing], Floats]
+Fault = Callable[[Floats, PatchOnScreen], Floats]
 DISPLAY = """\
 schema_version: 1
 panel: {{resolution_px: [64, 48], pixel_pitch_mm: 0.25}}
@@ -74,7 +74,7 @@ def play(monkeypatch: pytest.MonkeyPatch) -> Callable[[Fault | None], None]:
     honest = Simulated.read
 
     def make(fault: Fault | None) -> None:
-        def read(self: Simulated, showing: Showing) -> Reading:
+        def read(self: Simulated, showing: PatchOnScreen) -> Reading:
             if fault is swapped_codes:
                 showing = replace(showing, codes=(showing.codes[1], showing.codes[0], showing.codes[2]))
             reading = honest(self, showing)
@@ -86,7 +86,7 @@ def play(monkeypatch: pytest.MonkeyPatch) -> Callable[[Fault | None], None]:
     return make
 
 
-def swapped_codes(XYZ: Floats, showing: Showing) -> Floats:
+def swapped_codes(XYZ: Floats, showing: PatchOnScreen) -> Floats:
     return XYZ
 
 
@@ -272,7 +272,7 @@ def test_all_that_was_read_since_the_last_right_white_is_set_aside() -> None:
 
 def test_what_was_measured_before_counts_on_resuming() -> None:
     order = steps(find_patches("grey"), 1)
-    before = [Kept(0, 0.0, Reading((0.1, 0.1, 0.1))), Kept(1, 1.0, Reading((95.0, 100.0, 109.0)))]
+    before = [KeptReading(0, 0.0, Reading((0.1, 0.1, 0.1))), KeptReading(1, 1.0, Reading((95.0, 100.0, 109.0)))]
     white = next(step for step in order if step.label == "white#2")
     doubt = Judge(before, order).doubt(white, Reading((47.0, 50.0, 55.0)))
     assert doubt is not None
@@ -282,7 +282,7 @@ def test_what_was_measured_before_counts_on_resuming() -> None:
 def wrong_lens(*eyes: str, own: float = 1.0) -> Fault:
     """Read through the other eye's lens, which passes ``own`` of the light that the right one does, for these eyes."""
 
-    def read(XYZ: Floats, showing: Showing) -> Floats:
+    def read(XYZ: Floats, showing: PatchOnScreen) -> Floats:
         assert showing.patch is not None
         if showing.patch.eye not in eyes or showing.patch.other is None:
             return XYZ

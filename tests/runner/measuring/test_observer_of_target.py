@@ -12,7 +12,7 @@ from devices.diagnostics import judge_display
 from devices.display import DisplayModel, EyeModels, PanelSpec, ToneCurve
 from devices.errors import DeviceError, MeasuringError
 from devices.readings import (
-    Kept,
+    KeptReading,
     Measurements,
     PatchTurn,
     Reading,
@@ -70,7 +70,7 @@ def test_an_instrument_that_reads_spectra_verifies_it() -> None:
         for place, seen in enumerate(light):
             X, Y, Z = map(float, xyz_from_spectra(seen, waves)[0])
             whole = (tuple(seen.tolist()), tuple(waves.tolist())) if with_spectra else ((), ())
-            kept[place] = Kept(place, 0.0, Reading((X, Y, Z), *whole))
+            kept[place] = KeptReading(place, 0.0, Reading((X, Y, Z), *whole))
         return ReadingRun(Path("m.jsonl"), {}, steps, kept, {})
 
     display = SimulatedDisplay(EyeModels(ten, ten))

@@ -15,9 +15,9 @@ from devices.readings import (
     InstrumentError,
     LostError,
     MeasurementLog,
+    PatchOnScreen,
     RangeError,
     Reading,
-    Showing,
     TimedOutError,
     find_patches,
     read_session,
@@ -25,7 +25,7 @@ from devices.readings import (
     steps,
 )
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.measuring.take_readings import Taken, take_readings
+from runner.measuring.take_readings import TakenReadings, take_readings
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter import PresentationError, find_mode
 from runner.presenter.surfaces.egl import EglSurface
@@ -44,7 +44,7 @@ class Told:
     asked: list[str] = field(default_factory=list)
     name: str = "told"
 
-    def read(self, showing: Showing) -> Reading:
+    def read(self, showing: PatchOnScreen) -> Reading:
         self.asked.append(showing.label)
         time.sleep(self.takes_s)
         if self.errors.get(showing.label):
@@ -65,7 +65,7 @@ class Desk:
     log: MeasurementLog
     said: list[str] = field(default_factory=list)
 
-    def run(self, instrument: Told, count: int = len(STEPS)) -> Taken:
+    def run(self, instrument: Told, count: int = len(STEPS)) -> TakenReadings:
         order = STEPS[:count]
         return take_readings(self.screen, instrument, self.log, order, "both", 0.0, lambda: 1.0, self.said.append)
 
@@ -87,7 +87,7 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 
 def test_each_patch_is_on_the_screen_while_it_is_read_and_on_disk_before_the_next(desk: Desk) -> None:
     class Looking(Told):
-        def read(self, showing: Showing) -> Reading:
+        def read(self, showing: PatchOnScreen) -> Reading:
             kept = read_session(desk.log.file).readings
             assert sorted(kept) == list(range(showing.position))
             return super().read(showing)
@@ -100,7 +100,7 @@ def test_each_patch_is_on_the_screen_while_it_is_read_and_on_disk_before_the_nex
         show(codes)
 
     desk.screen.show = showing  # type: ignore[method-assign]  # stands in for the real one
-    assert desk.run(Looking(desk.screen)) == Taken(len(STEPS), ())
+    assert desk.run(Looking(desk.screen)) == TakenReadings(len(STEPS), ())
     assert shown == [step.patch.codes for step in STEPS]
     kept = read_session(desk.log.file).readings
     for step in STEPS:
@@ -112,21 +112,21 @@ def test_each_patch_is_on_the_screen_while_it_is_read_and_on_disk_before_the_nex
 def test_an_answer_without_sense_is_asked_for_again(desk: Desk) -> None:
     label = STEPS[3].label
     instrument = Told(desk.screen, {label: [GarbledError("junk"), TimedOutError("late")]})
-    assert desk.run(instrument) == Taken(len(STEPS), ())
+    assert desk.run(instrument) == TakenReadings(len(STEPS), ())
     assert instrument.asked.count(label) == 3
 
 
 def test_the_third_answer_without_sense_stops_it(desk: Desk) -> None:
     label = STEPS[3].label
     outcome = desk.run(Told(desk.screen, {label: [GarbledError("junk")] * 3}))
-    assert outcome == Taken(3, (label,), "junk")
+    assert outcome == TakenReadings(3, (label,), "junk")
     assert read_session(desk.log.file).failures == {3: "junk"}
 
 
 def test_a_patch_out_of_range_is_left_for_later(desk: Desk) -> None:
     label = STEPS[4].label
     outcome = desk.run(Told(desk.screen, {label: [RangeError("too bright")]}))
-    assert outcome == Taken(len(STEPS) - 1, (label,))
+    assert outcome == TakenReadings(len(STEPS) - 1, (label,))
     session = read_session(desk.log.file)
     assert [step.label for step in session.missing] == [label]
     assert [words.split("/")[0] for words in desk.said if "not read: too bright" in words] == ["5"]
@@ -135,7 +135,7 @@ def test_a_patch_out_of_range_is_left_for_later(desk: Desk) -> None:
 def test_a_lost_instrument_stops_it_at_once(desk: Desk) -> None:
     label = STEPS[5].label
     instrument = Told(desk.screen, {label: [LostError("unplugged")]})
-    assert desk.run(instrument) == Taken(5, (label,), "unplugged")
+    assert desk.run(instrument) == TakenReadings(5, (label,), "unplugged")
     assert instrument.asked.count(label) == 1
     assert len(read_session(desk.log.file).readings) == 5
 
@@ -155,7 +155,7 @@ def test_escape_stops_after_the_reading_that_runs(desk: Desk) -> None:
         return ()
 
     _press(desk, keys)
-    assert desk.run(instrument) == Taken(3, (), "stopped at the keyboard")
+    assert desk.run(instrument) == TakenReadings(3, (), "stopped at the keyboard")
     assert len(read_session(desk.log.file).readings) == 3
 
 
@@ -196,7 +196,7 @@ def test_space_pauses_until_space(desk: Desk) -> None:
         return ()
 
     _press(desk, keys)
-    assert desk.run(instrument, 5) == Taken(5, ())
+    assert desk.run(instrument, 5) == TakenReadings(5, ())
     assert polls > 40
     assert [words for words in desk.said if "/" not in words] == ["paused: space resumes", "resumed"]
 

@@ -14,7 +14,7 @@ from devices.compensation import Correction
 from devices.display import DisplayModel, EyeModels, ToneCurve, read_display
 from devices.errors import MeasuringError
 from devices.readings import (
-    Kept,
+    KeptReading,
     Patch,
     PatchSet,
     PatchTurn,
@@ -39,7 +39,7 @@ DISPLAY = SimulatedDisplay(EyeModels(MODEL, MODEL))
 def _session(read: np.ndarray, patches: PatchSet, leave_out: int = -1) -> ReadingRun:
     order = tuple(PatchTurn(place, patch.name, patch) for place, patch in enumerate(patches.patches))
     kept = {
-        place: Kept(place, 0.0, Reading((float(X), float(Y), float(Z))))
+        place: KeptReading(place, 0.0, Reading((float(X), float(Y), float(Z))))
         for place, (X, Y, Z) in enumerate(read)
         if place != leave_out
     }

@@ -14,7 +14,7 @@ from scipy.special import ndtr
 
 from documents.arrays import Floats
 from stimuli.errors import StimulusError
-from stimuli.sparkle import Cutoff, PixelScale, SparkleMeasures, measure_sparkles, shared_sparkles
+from stimuli.sparkle import PixelScale, SparkleMeasures, SparkleThreshold, measure_sparkles, shared_sparkles
 from stimuli.sparkle.measures import moments
 from stimuli.sparkle.measures.background import local_background
 from stimuli.sparkle.measures.find import find_peaks
@@ -96,7 +96,7 @@ def test_standard_errors_cover_the_truth() -> None:
 def test_density_and_size_in_the_units_of_the_plate_and_of_the_eye() -> None:
     places = apart(3)
     scale = PixelScale(pixels_per_mm=14.6, pixels_per_degree=44.0)
-    measures = measure_sparkles(planted((400, 400), places, 300.0, 1.0), Cutoff(times=1.5), scale)
+    measures = measure_sparkles(planted((400, 400), places, 300.0, 1.0), SparkleThreshold(times=1.5), scale)
     plate_cm2 = (400 / 146) ** 2
     assert known(measures.density_per_cm2).value == pytest.approx(len(places) / plate_cm2)
     assert known(measures.density_per_cm2).se == pytest.approx(math.sqrt(len(places)) / plate_cm2)
@@ -237,10 +237,10 @@ def test_pictures_that_cannot_be(picture: NDArray[np.float32], message: str) -> 
 
 def test_thresholds_that_cannot_be() -> None:
     with pytest.raises(StimulusError, match="above the threshold of its sparkles"):
-        measure_sparkles(np.full((50, 50), 3.0, np.float32), Cutoff(times=0.5))
+        measure_sparkles(np.full((50, 50), 3.0, np.float32), SparkleThreshold(times=0.5))
     for times, above in ((0.0, 0.0), (-1.0, 1.0), (math.nan, 1.0)):
         with pytest.raises(StimulusError, match="threshold"):
-            Cutoff(times, above)
+            SparkleThreshold(times, above)
     with pytest.raises(StimulusError, match="pixels_per_mm"):
         PixelScale(pixels_per_mm=0)
 
@@ -248,7 +248,9 @@ def test_thresholds_that_cannot_be() -> None:
 LOOPS = "stimuli.sparkle.measures.sparkle_loops"
 
 
-def both(picture: NDArray[np.float32], threshold: Cutoff | None = None) -> tuple[SparkleMeasures, SparkleMeasures]:
+def both(
+    picture: NDArray[np.float32], threshold: SparkleThreshold | None = None
+) -> tuple[SparkleMeasures, SparkleMeasures]:
     slow = measure_sparkles(picture, threshold, window_px=32)
     with not_in_numpy(LOOPS):
         return slow, measure_sparkles(picture, threshold, window_px=32)
@@ -292,7 +294,7 @@ def test_areas_of_any_form_and_equal_neighbours() -> None:
     random = np.random.default_rng(9)
     picture = np.floor(random.uniform(1, 6, (120, 97))).astype(np.float32)
     picture[30:40, 20:60] = 9.0
-    slow, fast = both(picture, Cutoff(times=0, above_cd_m2=3.5))
+    slow, fast = both(picture, SparkleThreshold(times=0, above_cd_m2=3.5))
     assert slow.peaks.area_px.max() > 100
     for name in ("row", "column", "area_px", "peaks_in_area"):
         assert np.array_equal(getattr(slow.peaks, name), getattr(fast.peaks, name)), name
@@ -310,8 +312,8 @@ def test_a_picture_that_is_not_contiguous_and_one_without_sparkles() -> None:
 
 def test_absolute_threshold_and_dark_background() -> None:
     picture = planted((100, 100), np.array([[30.2, 40.1], [70.0, 70.4]]), [50.0, 500.0], 1.0, base=0.0)
-    assert measure_sparkles(picture, Cutoff(times=0, above_cd_m2=20)).count.value == 1
-    both = measure_sparkles(picture, Cutoff(times=0, above_cd_m2=2))
+    assert measure_sparkles(picture, SparkleThreshold(times=0, above_cd_m2=20)).count.value == 1
+    both = measure_sparkles(picture, SparkleThreshold(times=0, above_cd_m2=2))
     assert both.count.value == 2
     assert math.isnan(both.contrast.value)
 
@@ -325,7 +327,7 @@ def test_light_that_falls_off_over_the_picture() -> None:
     expected = measure_sparkles(even)
     assert measures.contrast.value == pytest.approx(expected.contrast.value, rel=0.02)
     # One absolute threshold for all would miss the sparkles of the dark side.
-    assert len(find_peaks(even * slope, Cutoff(times=0, above_cd_m2=25))) < 0.9 * len(places)
+    assert len(find_peaks(even * slope, SparkleThreshold(times=0, above_cd_m2=25))) < 0.9 * len(places)
 
 
 def test_fits_that_go_on_from_where_they_were_end_where_full_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -333,7 +335,7 @@ def test_fits_that_go_on_from_where_they_were_end_where_full_ones_do(monkeypatch
     random = np.random.default_rng(3)
     places = random.uniform(10, 290, (700, 2))
     picture = planted((300, 300), places, random.uniform(100, 900, 700), random.uniform(0.6, 1.2, 700), noise=0.3)
-    peaks = find_peaks(picture, Cutoff())
+    peaks = find_peaks(picture, SparkleThreshold())
     fast = sparkle_moments(picture, peaks)
     monkeypatch.setattr(moments, "_ROUGH_REST_PX", moments._REST_PX)
     slow = sparkle_moments(picture, peaks)
