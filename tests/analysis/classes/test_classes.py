@@ -280,10 +280,6 @@ def test_more_classes_than_anyone_reads_are_refused_soon() -> None:
 P_VALUES = st.lists(st.floats(0, 1), min_size=1, max_size=20).map(np.array)
 
 
-def test_holm_by_hand() -> None:
-    assert holm(np.array([0.01, 0.04, 0.03, 0.005])) == pytest.approx([0.03, 0.06, 0.06, 0.02])
-
-
 @given(P_VALUES)
 def test_benjamini_hochberg_is_that_of_scipy(p: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:
     assert benjamini_hochberg(p) == pytest.approx(stats.false_discovery_control(p), abs=1e-15)

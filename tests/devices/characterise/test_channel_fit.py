@@ -79,13 +79,6 @@ def test_standard_errors_are_the_spread_over_repeated_noise() -> None:
     np.testing.assert_allclose(told, spread, rtol=0.25)
 
 
-def test_standard_errors_scale_with_the_unit() -> None:
-    light = _light("gogo") + 0.001 * np.random.default_rng(2).standard_normal(len(CODES))
-    one, many = fit_channel(CODES, light, "gogo"), fit_channel(CODES, 1000 * light, "gogo")
-    assert many.standard_errors[3] == pytest.approx(1000 * one.standard_errors[3], rel=1e-4)
-    assert many.standard_errors[2] == pytest.approx(one.standard_errors[2], rel=1e-4)
-
-
 def test_what_cannot_be_fitted_is_refused() -> None:
     with pytest.raises(DeviceError, match="different codes"):
         fit_channel([0, 0.5, 1], [0, 0.2, 1], "gog")

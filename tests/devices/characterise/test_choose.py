@@ -454,13 +454,6 @@ def test_too_short_a_ramp_is_named() -> None:
         thesis_fits(CODES[few], XYZ[few])
 
 
-def test_with_noise_the_fits_explain_the_readings() -> None:
-    fits = thesis_fits(CODES, noisy(XYZ, 0.002, 0), thesis_display().primaries_XYZ_cd_m2)
-    assert min(fit.r2 for fit in fits.forward["gog"]) >= 0.999
-    assert min(row.average for row in fits.XYZ_from_code if row.kind == "gog") >= 0.999
-    assert len(fits.XYZ_from_code) == len(fits.code_from_XYZ) == 12
-
-
 @pytest.fixture(scope="module")
 def fits() -> ThesisFits:
     """Fits to the readings alone."""

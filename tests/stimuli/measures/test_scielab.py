@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from devices.colour import xyY_from_XYZ
 from stimuli.errors import StimulusError
 from stimuli.measures import SeenPicture, difference_map
 from stimuli.measures.scielab import GAUSSIANS, opponent_from_xyz
@@ -87,6 +88,12 @@ def test_a_distance_that_cannot_be_is_refused(pixels_per_degree: float) -> None:
         SeenPicture(np.ones((4, 4, 3)), pixels_per_degree, WHITE)
     with pytest.raises(StimulusError, match="white"):
         SeenPicture(np.ones((4, 4, 3)), 60.0, [1.0, np.nan, 1.0])
+
+
+def test_a_grey_pattern_gets_no_colour() -> None:
+    grey = np.random.default_rng(4).gamma(0.5, 30.0, (60, 60, 1)) * (WHITE / WHITE[1])
+    seen = xyY_from_XYZ(SeenPicture(grey, 60, WHITE)[:])
+    np.testing.assert_allclose(seen[..., :2], np.broadcast_to(xyY_from_XYZ(WHITE)[:2], seen[..., :2].shape), atol=1e-4)
 
 
 def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
