@@ -53,9 +53,8 @@ def profile_encoding(data: bytes, file: str) -> ProfileEncoding:
 
     Examples
     --------
-    >>> from devices.characterise import thesis_display
-    >>> from devices.profiles import profile_of_model
-    >>> data = profile_of_model(thesis_display(), "The thesis's display").data
+    >>> from PIL import ImageCms
+    >>> data = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     >>> float(profile_encoding(data, "plate.png").xyz(np.ones((1, 3)))[0, 1].round(4))
     1.0
     """

@@ -262,12 +262,12 @@ def read_profile(path: str | Path) -> IccProfile:
     Examples
     --------
     >>> import tempfile
-    >>> from devices.characterise import thesis_display
-    >>> from devices.profiles import write_profile
+    >>> from PIL import ImageCms
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = write_profile(thesis_display(), Path(folder, "thesis.icc"), "The thesis's display")
-    ...     round(read_profile(Path(folder, "thesis.icc")).white_cd_m2(None), 2)
-    27.88
+    ...     file = Path(folder, "srgb.icc")
+    ...     _ = file.write_bytes(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    ...     round(read_profile(file).white_cd_m2(80.0), 2)
+    80.0
     """
     profile = profile_of(read_profile_file(Path(path)))
     # Of a display they count, whatever is asked of it first.
