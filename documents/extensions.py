@@ -258,10 +258,10 @@ class Registry(Mapping[str, Kind]):
             raise ExtensionError(now, f"it raised {_said(error)}") from error
 
     @contextmanager
-    def trying(self, name: str, kind: Kind) -> Iterator[None]:
-        """Have a kind by a name that no package offers yet, as a proof of it needs."""
+    def trying(self, name: str, kind: Kind | None) -> Iterator[None]:
+        """Have a kind by a name that no package offers yet, as a proof of it needs; None takes what is offered."""
         before = self._loaded
-        self._loaded = {**before, name: kind}
+        self._loaded = before if kind is None else {**before, name: kind}
         try:
             yield
         finally:

@@ -353,7 +353,7 @@ class Header(Fields):
         return {stimulus.name: stimulus.factors for stimulus in self.stimuli}
 
 
-class Shared:
+class SharedParts:
     """What logs that are read together have alike, each once: `texts` of lines, and what they were read as.
 
     ``costs`` has what the gamut clip costs a stimulus by its name, as it was stated and as it was read.
@@ -379,7 +379,7 @@ class Shared:
             }
 
 
-def read_header(line: dict[str, Any], shared: Shared | None = None) -> Header:
+def read_header(line: dict[str, Any], shared: SharedParts | None = None) -> Header:
     """Return a line as a header; what it has in common with headers before is not read again.
 
     Raises
@@ -396,7 +396,7 @@ def read_header(line: dict[str, Any], shared: Shared | None = None) -> Header:
             f"read it with the version that recorded it{f', {by}' if isinstance(by, str) else ''}, or a newer one; "
             "if none did, restore the file from a copy",
         )
-    shared, line = shared or Shared(), header_of_today(line)
+    shared, line = shared or SharedParts(), header_of_today(line)
     known = shared.parts(line)
     header = read_fields(Header, line | known, checked=known)
     shared.keep(line, header)

@@ -14,7 +14,7 @@ from analysis.records.lines import (
     Mark,
     Note,
     Resumption,
-    Shared,
+    SharedParts,
     StimulusCosts,
     WindowEvent,
     read_header,
@@ -31,7 +31,7 @@ class LogOrder:
     ``added`` are stimuli that the header does not list: those of a recipe that was changed, where that was accepted.
     """
 
-    def __init__(self, line: dict[str, Any], shared: Shared) -> None:
+    def __init__(self, line: dict[str, Any], shared: SharedParts) -> None:
         self.header: Header = read_header(line, shared)
         self.complete = False
         self._session = SoFar(self.header.factors, own_keys=bool(self.header.interface.keys))

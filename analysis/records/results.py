@@ -10,7 +10,7 @@ from pathlib import Path
 from analysis.errors import ResultsError
 from analysis.kinds.trial import Trial
 from analysis.records.codes import by_folder
-from analysis.records.lines import Shared
+from analysis.records.lines import SharedParts
 from analysis.records.session_record import FILE_NAME, SessionLog, read_session, session_files
 from documents import Finding
 from documents.files import looked_for
@@ -76,7 +76,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     ...
     analysis.errors.ResultsError: ...: the folder holds no session.jsonl (name a folder of results)
     """
-    shared = Shared()
+    shared = SharedParts()
     with _no_search_for_cycles():
         return tuple(by_folder(read_session(file, shared)) for file in result_files(places))
 

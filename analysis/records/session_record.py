@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from analysis.errors import ResultsError
 from analysis.kinds.fields import HalfCharacterError, RecordError, of_whole_characters
 from analysis.kinds.trial import Trial
-from analysis.records.lines import Header, Mark, Note, Resumption, Shared, Stimulus, WindowEvent
+from analysis.records.lines import Header, Mark, Note, Resumption, SharedParts, Stimulus, WindowEvent
 from documents import Finding, count_work
 from documents.files import MOST_LOG_BYTES, RESTORE, DamagedLineError, LogState, open_regular, read_lines, unreadable
 
@@ -155,7 +155,7 @@ def session_files(folder: Path) -> Iterator[Path]:
         yield from sorted(folder.rglob(FILE_NAME))
 
 
-def read_session(file: Path, shared: Shared | None = None) -> SessionLog:
+def read_session(file: Path, shared: SharedParts | None = None) -> SessionLog:
     """Read one session log.
 
     A last line that is incomplete, such as after a power cut, is left out and returned in ``torn_tail``. A last line
@@ -192,7 +192,7 @@ def read_session(file: Path, shared: Shared | None = None) -> SessionLog:
     >>> log.header.observer, log.complete
     ('01', False)
     """
-    reader = RecordReader(shared := shared or Shared())
+    reader = RecordReader(shared := shared or SharedParts())
     try:
         with open_regular(file, "log", limit_bytes=MOST_LOG_BYTES, error=ResultsError) as stream:
             state = read_lines(stream, reader.take, on_checksum=reader.fits, repeated=shared.texts)
@@ -212,8 +212,8 @@ def read_session(file: Path, shared: Shared | None = None) -> SessionLog:
 class RecordReader:
     """Takes the lines of a log one by one."""
 
-    def __init__(self, shared: Shared | None = None) -> None:
-        self._shared = shared or Shared()
+    def __init__(self, shared: SharedParts | None = None) -> None:
+        self._shared = shared or SharedParts()
         self.header: Header | None = None
         self.records: list[Record] = []
         self.windows: list[WindowEvent] = []

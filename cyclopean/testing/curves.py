@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
-
 import numpy as np
 
 from cyclopean.testing.promises import kept
@@ -51,9 +49,7 @@ def prove_curves(entry: str, *, kind: type[DisplayCurves] | None = None) -> tupl
     True
     """
     source = parse_yaml(_PANEL % entry, "proof.yaml")
-    with ExitStack() as stack:
-        if kind is not None:
-            stack.enter_context(CURVES.trying(source.data["curve"]["kind"], kind))
+    with CURVES.trying(source.data["curve"].get("kind", ""), kind):
         tried = _Tried(checked(source, ModelSpec))
         return kept(
             {

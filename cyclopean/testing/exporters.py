@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -51,9 +50,7 @@ def prove_exporter(name: str, folder: str | Path, *, exporter: Callable[..., Any
     ...     "each answer is in the dataset" in prove_exporter("bids", folder)
     True
     """
-    with ExitStack() as stack:
-        if exporter is not None:
-            stack.enter_context(EXPORTERS.trying(name, exporter))
+    with EXPORTERS.trying(name, exporter):
         tried = _Tried(name, Path(folder))
         return kept(
             {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from random import Random
 
@@ -68,9 +67,7 @@ def prove_reader(
     True
     """
     tried = _Tried(Path(file), np.asarray(codes, float), np.asarray(XYZ_cd_m2, float))
-    with ExitStack() as stack:
-        if reader is not None:
-            stack.enter_context(READERS.trying(tried.file.suffix[1:].lower(), reader))
+    with READERS.trying(tried.file.suffix[1:].lower(), reader):
         return kept(
             {
                 "what the file holds are the readings": tried.right,

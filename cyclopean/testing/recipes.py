@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -68,10 +68,8 @@ def prove_recipe(
     ...     "a second build makes nothing" in prove_recipe(text, folder)
     True
     """
-    with ExitStack() as stack:
-        if kind is not None:
-            (name,) = get_args(kind.model_fields["kind"].annotation)
-            stack.enter_context(RECIPES.trying(name, kind))
+    (name,) = get_args(kind.model_fields["kind"].annotation) if kind else ("",)
+    with RECIPES.trying(name, kind):
         tried = _Tried(Path(folder), recipe, changed, pixel_pitch_mm, setup)
         return kept(
             {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -57,9 +56,7 @@ def prove_report_part(name: str, entry: str, folder: str | Path, *, part: Made |
     ...     "every session counts" in prove_report_part("ratings", entry, folder)
     True
     """
-    with ExitStack() as stack:
-        if part is not None:
-            stack.enter_context(PARTS.trying(name, part))
+    with PARTS.trying(name, part):
         tried = _Tried(name, entry, Path(folder))
         return kept(
             {

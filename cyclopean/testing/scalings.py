@@ -43,8 +43,8 @@ def prove_scaling(name: str, *, law: Law | None = None) -> tuple[str, ...]:
     >>> "its slopes are those of its likelihood" in prove_scaling("thurstone")
     True
     """
-    with LAWS.trying(name, law if law is not None else LAWS.wanted(name, "model")):
-        tried = _Tried(name)
+    with LAWS.trying(name, law):
+        tried = _Tried(name, LAWS.wanted(name, "model"))
         return kept(
             {
                 "the chances of an answer sum to 1": tried.sums,
@@ -63,8 +63,8 @@ def prove_scaling(name: str, *, law: Law | None = None) -> tuple[str, ...]:
 class _Tried:
     """A law, differences in its unit, and counts of pairs; each attempt returns what broke."""
 
-    def __init__(self, name: str) -> None:
-        self._name, self._law = name, LAWS[name]
+    def __init__(self, name: str, law: Law) -> None:
+        self._name, self._law = name, law
         self._d = _NEAR_JND[None] * self._law.jnd
         self._k: tuple[Floats, ...] = tuple(np.full((1, 1), k) for k in ((0.3, 0.9) if self._law.parameter else (0.0,)))
         self._counts = _counts(self._d.shape[1], ties=self._law.parameter is not None)

@@ -90,7 +90,8 @@ def test_a_broken_promise_is_found(said: str) -> None:
 
 
 def test_a_session_knows_other_curves_with_the_same_numbers() -> None:
-    sound, other = (_kind(BROKEN[said] if said else {})(kind="sigmoid", half=0.5) for said in ("", "curves run from"))  # type: ignore[call-arg]
+    fields = {"kind": "sigmoid", "half": 0.5}
+    sound, other = (_kind(BROKEN[said] if said else {}).model_validate(fields) for said in ("", "curves run from"))
     made = [one.model(np.zeros(3), np.eye(3)).numbers for one in (sound, sound, other)]
     assert made[0] == made[1] != made[2]
 

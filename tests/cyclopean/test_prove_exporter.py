@@ -42,7 +42,8 @@ BROKEN = {
 def _exporter(old: str = "", new: str = "") -> Callable[..., Any]:
     held: dict[str, Any] = {}
     exec(EXPORTER.replace(old, new) if old else EXPORTER, held)
-    return held["write"]  # type: ignore[no-any-return]
+    write: Callable[..., Any] = held["write"]
+    return write
 
 
 @pytest.mark.parametrize("old", BROKEN)
