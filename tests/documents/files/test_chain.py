@@ -431,3 +431,11 @@ def test_first_lines_that_are_alike_are_read_once(header: dict[str, Any], once: 
         [(key, value) for key, value in record.items() if key != "chained"] for record in records
     ]
     assert all((lines[0][key] is lines[1][key]) == once for key in header if isinstance(header[key], list | dict))
+
+
+def test_an_end_line_counts_its_lines_whatever_it_ends_with() -> None:
+    begin, before = sealed({"record": "session"}, 1, EMPTY)
+    end, _ = sealed({"record": "end", "lines": 7, "costs": {"a": {}}}, 2, before)
+    repeated = Repeated(first="stimuli", last="costs")
+    with pytest.raises(DamagedLineError, match="another number of lines"):
+        read_lines([begin + b"\n", end + b"\n"], lambda number, line: None, repeated=repeated)

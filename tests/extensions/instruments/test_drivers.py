@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from devices.errors import DeviceError
 from devices.readings import (
     GarbledError,
     LostError,
@@ -78,6 +79,22 @@ def spotread(tmp_path: Path) -> Iterator[Make]:
     yield make
     for instrument in opened:
         instrument.close()
+
+
+def test_it_is_opened_by_name_with_the_program_s_own_options(
+    spotread: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spotread("ready")  # which writes the program
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    instrument = open_instrument("spotread", Wiring("2", {"spotread": "-yl -X 'a panel.ccss'"}))
+    assert instrument.name == "ArgyllCMS spotread -e -c 2 -yl -X a panel.ccss"
+    instrument.close()
+    with pytest.raises(DeviceError, match="no option 'speed'"):
+        open_instrument("spotread", Wiring("2", {"speed": "1"}))
+
+
+def test_those_with_spectra_are_known_by_name() -> None:
+    assert spectral_instruments() == ("cs2000", "pr655")
 
 
 def test_readings_one_after_the_other(spotread: Make) -> None:
