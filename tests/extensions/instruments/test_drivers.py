@@ -20,6 +20,9 @@ from devices.readings import (
     PatchOnScreen,
     RangeError,
     TimedOutError,
+    Wiring,
+    open_instrument,
+    spectral_instruments,
 )
 from extensions.instruments import CS2000, PhotoResearch, Spotread
 
