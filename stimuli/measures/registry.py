@@ -19,9 +19,7 @@ def _wrong(name: str, kind: Any) -> str | None:
     """Return what is wrong with what a package offers as the measure of that name."""
     if not (isinstance(kind, type) and issubclass(kind, Measure)) or isabstract(kind):
         return "is no Measure with all that one has"
-    if missing := [
-        what for what in ("name", "title", "unit", "better", "identical", "source") if not hasattr(kind, what)
-    ]:
+    if missing := [what for what in _SAID if not hasattr(kind, what)]:
         return f"does not say its {missing[0]}"
     if kind.name != name:
         return f"names itself {kind.name}, not {name}"
