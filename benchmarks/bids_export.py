@@ -1,4 +1,4 @@
-"""What an export to BIDS costs, beside reading the same logs once, which is the least that any export does."""
+"""What an export to BIDS costs, beside the least that any export does: to read the logs and to write their lines."""
 
 from __future__ import annotations
 
@@ -37,6 +37,12 @@ def _leave(folder: Path, sessions: int, trials: int) -> None:
                 stream.write(json.dumps(answer.to_json()) + "\n")
 
 
+def _write_again(results: Path, file: Path) -> None:
+    with open(file, "w", encoding="utf-8") as stream:
+        for log in map(read_session, session_files(results)):
+            stream.writelines(json.dumps(trial.to_json()) + "\n" for trial in log.trials)
+
+
 def run(sessions: int = sized(100, 3), trials: int = 45) -> dict[str, object]:
     """Time both; the error column has no meaning here."""
     with tempfile.TemporaryDirectory() as place:
@@ -44,13 +50,17 @@ def run(sessions: int = sized(100, 3), trials: int = 45) -> dict[str, object]:
         _leave(results, sessions, trials)
         exporting = seconds(lambda: export_dataset([results], Path(place, "bids")), repeats=3)
         reading = seconds(lambda: [len(read_session(file).trials) for file in session_files(results)], repeats=3)
+        again = seconds(lambda: _write_again(results, Path(place, "again.jsonl")), repeats=3)
     what = f"{sessions} sessions of {trials} trials"
     rows = [
         {"series": "export", "parameter": what, "seconds": exporting, "error": None},
         {"series": "reading the logs", "parameter": what, "seconds": reading, "error": None},
+        {"series": "reading them and writing their lines", "parameter": what, "seconds": again, "error": None},
     ]
     rows[0]["note"] = f"{1000 * exporting / sessions:.1f} ms per session, {exporting / reading:.1f} × reading the logs"
-    promise = Promise("time beside reading the logs", exporting / reading, 6.0, "ratio", "at most", "×")
+    promise = Promise(
+        "time beside reading the logs and writing their lines", exporting / again, 5.0, "ratio", "at most", "×"
+    )
     return {"title": "BIDS export", "rows": rows, "promises": [promise]}
 
 

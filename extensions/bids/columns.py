@@ -42,30 +42,28 @@ def flatten(
     together. Keys in ``whole`` are not flattened.
     """
     by_role = roles(data, stimuli)
+    shown = frozenset(stimuli)
     values: list[tuple[Place, Any]] = []
 
-    def descend(place: Place, value: Any) -> None:
-        if not isinstance(value, dict) or not value or len(place) >= _DEEPEST:
-            values.append((place, value))
-        elif value.keys() <= shown:
+    def descend(place: Place, inside: Mapping[str, Any]) -> None:
+        if inside.keys() <= shown:
+            others = {name: value for name, value in inside.items() if name not in by_role}
+            inside = {by_role[name]: value for name, value in inside.items() if name in by_role}
+        else:
             others = {}
-            for key, inner in value.items():
-                if key in by_role:
-                    descend((*place, by_role[key]), inner)
-                else:
-                    others[key] = inner
-            if others:
-                values.append(((*place, OTHERS), others))
-        else:
-            for key, inner in value.items():
-                descend((*place, key), inner)
+        for key, value in inside.items():
+            if value and isinstance(value, dict) and len(place) + 1 < _DEEPEST:
+                descend((*place, key), value)
+            else:
+                values.append(((*place, key), value))
+        if others:
+            values.append(((*place, OTHERS), others))
 
-    shown = frozenset(stimuli)
     for key, value in data.items():
-        if key in whole:
-            values.append(((key,), value))
-        else:
+        if value and isinstance(value, dict) and key not in whole:
             descend((key,), value)
+        else:
+            values.append(((key,), value))
     return values
 
 
@@ -96,6 +94,9 @@ class BidsColumn:
     values: tuple[str, ...] | None
 
 
+_FORMATS = {bool: "boolean", int: "integer", float: "number", str: "string"}
+
+
 @dataclass(slots=True)
 class _Seen:
     formats: set[str] = field(default_factory=set)
@@ -107,7 +108,7 @@ class _Seen:
         self.kinds.setdefault(kind)
         if value is None:
             return
-        self.formats.add(_format(value))
+        self.formats.add(_FORMATS.get(type(value), "json"))
         if not isinstance(value, str) or not self.has_levels:
             return
         if len(value) > _LONGEST_LEVEL or len(self.values) == _MOST_LEVELS:
@@ -150,16 +151,6 @@ class ColumnCollector:
                 gathered[place] = seen
         taken = set(_RESERVED)
         return tuple(_column(_name(place, taken), place, seen) for place, seen in gathered.items())
-
-
-def _format(value: Any) -> str:
-    if isinstance(value, bool):
-        return "boolean"
-    if isinstance(value, int):
-        return "integer"
-    if isinstance(value, float):
-        return "number"
-    return "string" if isinstance(value, str) else "json"
 
 
 def _column(name: str, place: Place, seen: _Seen) -> BidsColumn:

@@ -11,6 +11,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,7 @@ def _number(character: str) -> str:
     return f"\\u{code:04x}" if code <= 0xFFFF else f"\\U{code:08x}"
 
 
+@lru_cache(4096)  # most cells are names and words that stand in many rows
 def escape(text: str) -> str:
     """Return ``text`` as a table's cell: one line without tabs, never empty, never ``n/a``, never a formula."""
     if text == "":
