@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from inspect import getattr_static
+
 import numpy as np
 
 from cyclopean.testing.promises import kept
-from devices.characterise import inversion_error_codes, table_error_codes
+from devices.characterise import fit_display, inversion_error_codes, table_c1_codes, table_error_codes
 from devices.display import CURVES, DisplayCurves, ModelSpec
+from devices.errors import DeviceError
+from devices.readings import Measurements
 from documents.yaml import checked, parse_yaml
 
 _CODES = np.linspace(0.0, 1.0, 256)
@@ -17,6 +21,8 @@ black_XYZ_cd_m2: [0.095, 0.1, 0.109]
 primaries_XYZ_cd_m2: {red: [41.2, 21.3, 1.9], green: [35.8, 71.5, 11.9], blue: [18.0, 7.2, 95.0]}
 curve: {%s}
 """
+_MOST_DELTA_E = 0.1
+"""By how much ΔE00 a fit may be off light that such curves gave, held out."""
 _MOST_CODES = 0.5
 """By how many 8-bit codes the screen may be off: then it rounds as the model does, or to the code beside it."""
 
@@ -60,6 +66,7 @@ def prove_curves(entry: str, *, kind: type[DisplayCurves] | None = None) -> tupl
                 "the screen shows what the model says": tried.shown,
                 "it is read as it was written": tried.written,
             }
+            | ({"a fit finds them again": tried.found_again} if tried.can_be_fitted else {})
         )
 
 
@@ -68,6 +75,7 @@ class _Tried:
 
     def __init__(self, spec: ModelSpec) -> None:
         self._spec, self._model = spec, spec.model()
+        self.can_be_fitted = getattr_static(type(spec.curve), "fitted") is not getattr_static(DisplayCurves, "fitted")
 
     def rising(self) -> str | None:
         for channel, curve in enumerate(self._model.curves):
@@ -102,3 +110,12 @@ class _Tried:
     def written(self) -> str | None:
         model = checked(parse_yaml("\n".join(self._spec.lines()), "again.yaml"), ModelSpec).model()
         return None if np.array_equal(model.xyz(_GREYS), self._model.xyz(_GREYS)) else "its light is another"
+
+    def found_again(self) -> str | None:
+        codes = table_c1_codes()
+        try:
+            fit = fit_display(Measurements(codes, self._model.xyz(codes)), model=self._spec.curve.kind)
+        except DeviceError as error:
+            return str(error)
+        off = fit.eyes["both"].characterisation.chosen.held_out.max
+        return None if off <= _MOST_DELTA_E else f"it is off by {off:.2g} ΔE00"

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.characterise.cross_validation import NAMES, CrossValidation, repeats
+from devices.characterise.cross_validation import CrossValidation, repeats
 from devices.characterise.fit_numbers import (
     Errors,
     ModelNumbers,
@@ -171,7 +171,7 @@ class Candidate(JsonResult):
     in codes of 8 bits, None where it cannot be undone.
     """
 
-    name: Name
+    name: str
     model: DisplayModel
     free_numbers: int
     held_out: Errors
@@ -220,7 +220,7 @@ class Candidate(JsonResult):
 class AllKept(JsonResult):
     """The choice with all readings kept: the ``model``'s name, and its ``held_out`` errors."""
 
-    model: Name
+    model: str
     held_out: Errors
     json_keys: ClassVar = {"model": "chosen", "held_out": "held_out_delta_e_2000"}
 
@@ -259,11 +259,12 @@ class Characterisation(JsonResult):
 
 
 def characterise(
-    readings: Measurements, model: Name | Literal["auto"] = "auto", *, seed: int = 1, keep_all: bool = False
+    readings: Measurements, model: str = "auto", *, seed: int = 1, keep_all: bool = False
 ) -> Characterisation:
     """Fit the candidates to ``readings`` and choose, or take ``model``.
 
-    With ``keep_all`` no reading is left out, however wrong it looks. For a ``model`` that is named the others are
+    With ``keep_all`` no reading is left out, however wrong it looks. A ``model`` that is not one of ours is another
+    package's curves by their name, which say how they are fitted. For a ``model`` that is named the others are
     fitted all the same: a reading is doubted by what all of them miss. But that of the residual, which takes twice as
     long as they, is then left out where they predict the readings without it.
 
@@ -277,7 +278,8 @@ def characterise(
     if {"left", "right"} <= eyes:
         raise DeviceError(Finding("the readings are of both eyes", remedy="choose one with --eye left or --eye right"))
     notes = list(readings.assumptions) + list(check_readings(readings))
-    screened = screen(readings.codes, readings.XYZ, seed, residual=model in ("auto", "residual"))
+    further = "" if model in ("auto", *get_args(Name)) else model
+    screened = screen(readings.codes, readings.XYZ, seed, residual=model in ("auto", "residual"), further=further)
     wrong = np.zeros(len(readings), dtype=bool) if keep_all else screened.wrong
     judged = screened.all_kept if keep_all else screened.kept
     if not len(judged.judged):
@@ -404,11 +406,11 @@ def _chosen_of(
     judged: CrossValidation, asked: str, *, undone: bool = True
 ) -> tuple[Candidate, str, tuple[Candidate, ...]]:
     """Return the choice, why, and all; how well each is undone takes as long as all else, and is told if ``undone``."""
-    candidates = tuple(_candidate(name, judged, undone=undone) for name in NAMES if name in judged.fits)
+    candidates = tuple(_candidate(name, judged, undone=undone) for name in judged.fits)
     return (*_choose(candidates, asked), candidates)
 
 
-def _candidate(name: Name, judged: CrossValidation, *, undone: bool) -> Candidate:
+def _candidate(name: str, judged: CrossValidation, *, undone: bool) -> Candidate:
     fit, data = judged.fits[name], judged.patches
     model = fit.model
     unusable = ""

@@ -6,7 +6,7 @@ no one would characterise a display without them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import Kind
-from devices.characterise.options import Name
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches
 from devices.characterise.residual_fit import fit_curves_too, fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.model import DisplayModel
+from devices.display.model_spec import CURVES, DisplayCurves
 from devices.display.plvc import Plvc
+from devices.errors import DeviceError
 from documents.arrays import Floats
 
 Rows = NDArray[np.intp]
-NAMES: tuple[Name, ...] = ("gamma", "gog", "ggo", "gogo", "table", "plvc", "residual")
 PARAMETRIC: tuple[Kind, ...] = ("gamma", "gog", "ggo", "gogo")
 FOLDS = 5
 _TRUSTED_TIMES, _TRUSTED_MORE = 1.5, 0.05
@@ -44,7 +44,7 @@ class ModelFit:
     before: Plvc | None = None
 
 
-Fits: TypeAlias = Mapping[Name, ModelFit]
+Fits: TypeAlias = Mapping[str, ModelFit]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,8 +59,8 @@ class CrossValidation:
     patches: Patches
     fits: Fits
     folds: tuple[tuple[Rows, Fits], ...]
-    predicted_XYZ: Mapping[Name, Floats]
-    delta_e_2000: Mapping[Name, Floats]
+    predicted_XYZ: Mapping[str, Floats]
+    delta_e_2000: Mapping[str, Floats]
     fits_made: int
 
     @property
@@ -69,12 +69,12 @@ class CrossValidation:
         return np.concatenate([rows for rows, _ in self.folds]) if self.folds else np.zeros(0, dtype=np.intp)
 
     @property
-    def medians(self) -> dict[Name, float]:
+    def medians(self) -> dict[str, float]:
         """The median held-out ΔE00 of each model."""
         return {name: float(np.median(delta[self.judged])) for name, delta in self.delta_e_2000.items()}
 
     @property
-    def trusted(self) -> tuple[Name, ...]:
+    def trusted(self) -> tuple[str, ...]:
         """The models whose median ΔE00 is near the least: the others say nothing of a single reading."""
         medians = self.medians
         most = _TRUSTED_TIMES * min(medians.values()) + _TRUSTED_MORE
@@ -84,11 +84,20 @@ class CrossValidation:
         """Return the same with the model of the residual too, on the PLVC that each fold has already."""
         if "residual" in self.fits:
             return self
+        return self._with("residual", lambda training, own: residual_of(training, own["plvc"]))
+
+    def with_curves(self, name: str) -> CrossValidation:
+        """Return the same with another package's curves of that ``name`` too; DeviceError if they are not fitted."""
+        kind = CURVES.wanted(name, "model", DeviceError)
+        with CURVES.blamed(name):
+            return self._with(name, lambda training, own: _curves_of(kind, training, own["gogo"].model))
+
+    def _with(self, name: str, fit: Callable[[Patches, Fits], ModelFit]) -> CrossValidation:
         folds: list[tuple[Rows, Fits]] = []
         for rows, own in self.folds:
             training = self.patches.select(np.setdiff1d(np.arange(len(self.patches)), rows))
-            folds.append((rows, {**own, "residual": residual_of(training, own["plvc"])}))
-        fits = {**self.fits, "residual": residual_of(self.patches, self.fits["plvc"])}
+            folds.append((rows, {**own, name: fit(training, own)}))
+        fits = {**self.fits, name: fit(self.patches, self.fits)}
         return _predicted(self.patches, fits, tuple(folds), self.fits_made)
 
 
@@ -115,7 +124,7 @@ def _predicted(data: Patches, fits: Fits, folds: tuple[tuple[Rows, Fits], ...], 
 
 def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True, residual: bool = True) -> Fits:
     """Fit every model; numbers found are kept in ``starts`` and begin the fits of nearly the same patches."""
-    out: dict[Name, ModelFit] = {}
+    out: dict[str, ModelFit] = {}
     for kind in PARAMETRIC:
         fitted, numbers = fit_parametric(data, kind, starts.get(kind), judged=judged)
         starts.setdefault(kind, numbers)
@@ -133,6 +142,10 @@ def residual_of(data: Patches, plvc: ModelFit) -> ModelFit:
     """Return the model of the residual on the PLVC fitted to the same ``data``."""
     assert plvc.before is not None
     return ModelFit(*fit_residual(data, plvc.before, plvc.free_numbers), float("nan"), None)
+
+
+def _curves_of(kind: type[DisplayCurves], data: Patches, begin: DisplayModel) -> ModelFit:
+    return ModelFit(*kind.fitted(data.codes, data.XYZ, begin), float("nan"), None)
 
 
 def anchors(codes: Floats) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from devices.characterise.fit_numbers import ModelNumbers
 from devices.characterise.fitted_display import DisplayFit, EyeFit, origin_of
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.mode_file import ModeLines, write_mode
-from devices.characterise.options import FileOptions, FitOptions, Name
+from devices.characterise.options import FileOptions, FitOptions
 from devices.characterise.thesis import thesis_fits
 from devices.characterise.told import black_words, curves_tables, notes
 from devices.colour_matching import DEFAULT_OBSERVER
@@ -209,7 +209,7 @@ def _on_the_room(lens: PatchEye, light: RoomLight, *, taken_off: bool, fitted: b
     return words if fitted else f"{words} For the display file: {light.lines()[0]}"
 
 
-def _fit_eye(readings: Measurements, model: Name | Literal["auto"], options: FitOptions) -> EyeFit:
+def _fit_eye(readings: Measurements, model: str, options: FitOptions) -> EyeFit:
     drift = estimate_drift(readings) if options.correct_drift else None
     notes: tuple[str, ...] = ()
     if drift is not None and drift.seen:

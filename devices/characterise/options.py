@@ -26,7 +26,8 @@ class FitOptions:
     eye
         Eye that the readings were taken for.
     model
-        Display model; auto takes the simplest that predicts held-out readings well, none fits none.
+        Display model; auto takes the simplest that predicts held-out readings well, none fits none; or
+        another package's curves, by their name.
     observer
         Colorimetric observer, if not the readings' own: CIE 2015 10, …
     seed
@@ -39,7 +40,7 @@ class FitOptions:
 
     mode: str | None = None
     eye: PatchEye = "both"
-    model: Literal["auto", Name, "none"] = "auto"
+    model: Literal["auto", Name, "none"] | str = "auto"
     observer: Annotated[str | None, Typed(metavar="NAME")] = None
     seed: Annotated[int, Typed(least=0, most=1e40)] = 1
     keep_all: bool = False

@@ -66,10 +66,11 @@ class Missed:
     leading: Flags
 
 
-def screen(codes: Floats, XYZ: Floats, seed: int, *, residual: bool = True) -> Screened:
+def screen(codes: Floats, XYZ: Floats, seed: int, *, residual: bool = True, further: str = "") -> Screened:
     """Return which of the readings, codes (n, 3) in 0..1 and XYZ (n, 3), are wrong, and the models judged without.
 
     The model of the residual, which takes its time, is fitted where the others are rough, and if it is to be judged.
+    That of ``further`` curves, another package's by name, is judged with the others, and has no say in what is wrong.
     """
     data = patches(codes, XYZ)
     first = latest = cross_validate(data, seed, residual=False)
@@ -96,9 +97,13 @@ def screen(codes: Floats, XYZ: Floats, seed: int, *, residual: bool = True) -> S
         data = patches(codes, XYZ, white=rest.white)
         found = missed(data, latest, wrong)
         fits_made += latest.fits_made + 1
-    all_kept = first.with_residual() if residual else first
-    kept = all_kept if latest is first else latest.with_residual() if residual else latest
-    return Screened(wrong, found.delta_e_2000, all_kept, kept, fits_made)
+
+    def whole(models: CrossValidation) -> CrossValidation:
+        models = models.with_residual() if residual else models
+        return models.with_curves(further) if further else models
+
+    all_kept = whole(first)
+    return Screened(wrong, found.delta_e_2000, all_kept, all_kept if latest is first else whole(latest), fits_made)
 
 
 def missed(data: Patches, models: CrossValidation, wrong: Flags) -> Missed:

@@ -84,6 +84,15 @@ class DisplayCurves(FileModel):
         return DisplayModel(black_XYZ_cd_m2, primaries_XYZ_cd_m2, self.channels)
 
     @classmethod
+    def fitted(cls, codes: Floats, XYZ_cd_m2: Floats, begin: DisplayModel) -> tuple[DisplayModel, int]:
+        """Return the model of such curves fitted to readings, and how many of its numbers were free.
+
+        ``codes`` (n, 3) in 0..1, their light (n, 3), and the best GOGO model of them to ``begin`` with. DeviceError
+        where these curves cannot be fitted.
+        """
+        raise DeviceError(Finding(f"{cls.__name__} do not say how they are fitted", remedy="name another --model"))
+
+    @classmethod
     def written(cls, model: DisplayModel) -> dict[str, Any]:
         """Return the curves of ``model`` as a file has them; DeviceError where these cannot be."""
         raise DeviceError(f"curves of the kind '{model.curves[0].kind_of_curve}' cannot be written from a model")

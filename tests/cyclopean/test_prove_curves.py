@@ -10,18 +10,22 @@ import numpy as np
 import pytest
 
 from cyclopean.testing import BrokenPromiseError, prove_curves
+from devices.characterise import fit_display, table_c1_codes
 from devices.display import CURVES, DisplayCurves, read_display
+from devices.readings import Measurements
 from documents import InputError
 
 CURVE = """
 from typing import ClassVar, Literal
 import numpy as np
+from scipy.optimize import minimize_scalar
 from devices.display import Curve, DisplayCurves
 from documents.yaml import Positive
 
 CYCLOPEAN_INTERFACE = 1
 
 class Sigmoid(Curve):
+    kind_of_curve: ClassVar[str] = "sigmoid"
     half: Positive
     lift: ClassVar[float] = 0.0
 
@@ -40,6 +44,22 @@ class SigmoidCurves(DisplayCurves):
     @property
     def channels(self):
         return (Sigmoid(half=self.half),) * 3
+
+    @classmethod
+    def fitted(cls, codes, XYZ_cd_m2, begin):
+        def light(half):
+            return np.column_stack([np.ones(len(codes)), Sigmoid(half=half).linear(codes)])
+
+        def off(half):
+            return np.ptp(light(half) @ np.linalg.lstsq(light(half), XYZ_cd_m2, rcond=None)[0] - XYZ_cd_m2)
+
+        half = float(minimize_scalar(off, bounds=(0.01, 10), method="bounded").x)
+        black, *primaries = np.linalg.lstsq(light(half), XYZ_cd_m2, rcond=None)[0]
+        return cls(kind="sigmoid", half=half).model(black, np.array(primaries).T), 13
+
+    @classmethod
+    def written(cls, model):
+        return {"kind": "sigmoid", "half": model.curves[0].half}
 """
 LINEAR, INVERSE = (
     "power * (1 + self.half) / (power + self.half)",
@@ -56,6 +76,8 @@ BROKEN = {
         INVERSE: "0.5 + np.sign(light - 0.5) * (abs(light - 0.5) / 256) ** (1 / 9)",
     },
     "curves run from": {LINEAR: "0.9 * power", INVERSE: "np.sqrt(light / 0.9)"},
+    "does not predict": {"bounds=(0.01, 10)": "bounds=(5, 10)"},
+    "off by": {"bounds=(0.01, 10)": "bounds=(0.01, 0.48)"},
 }
 
 
@@ -107,7 +129,7 @@ def test_another_packages_curves_are_read_and_named(
         group=CURVES.group,
         torn="SigmoidCurves",
     )
-    assert len(prove_curves("kind: sigmoid, half: 0.5")) == 6
+    assert len(prove_curves("kind: sigmoid, half: 0.5")) == 7
     file = tmp_path / "display.yaml"
     text = Path("configs/displays/asus_vg248qe.yaml").read_text()
     begin = text.index("    curve:")
@@ -117,6 +139,16 @@ def test_another_packages_curves_are_read_and_named(
     display = read_display(file)
     assert display.sources["side-by-side"].endswith("; sigmoid of sigmoids 2.1")
     assert float(display.models("side-by-side").left.curves[0].linear(0.5)) == 0.5
+    model = display.models("side-by-side").left
+    codes = table_c1_codes()
+    readings = Measurements(codes, model.xyz(codes), mode="side-by-side")
+    fit = fit_display(readings, model="sigmoid").write(file, replace=True)
+    chosen = fit.eyes["both"].characterisation.chosen
+    assert (chosen.name, chosen.free_numbers, chosen.held_out.max < 0.01) == ("sigmoid", 13, True)
+    assert np.allclose(read_display(file).models("side-by-side").left.xyz(codes), model.xyz(codes), atol=1e-4)
+    for kind, said in (("sigmund", "'sigmoid'"), ("srgb", "do not say")):
+        with pytest.raises(InputError, match=said):
+            fit_display(readings, model=kind)
     for kind, said in (("sigmund", "'sigmoid'"), ("torn", "torn 1.0.*ZeroDivisionError")):
         file.write_text(text.replace("sigmoid", kind))
         with pytest.raises(InputError, match=said) as error:
