@@ -20,7 +20,7 @@ from documents import at_most_threads
 from documents.arrays import Floats
 from documents.compiled import compiler, without_compiled_loops
 from stimuli.align.warping import warp
-from stimuli.sparkle.measures.measure import measure_sparkles
+from stimuli.sparkles.measure import measure_sparkles
 
 Work = Callable[[], Floats]
 

@@ -22,8 +22,8 @@ from promises import Promise, times_as_fast, worst
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import RGB, Mosaic, by_bands, interpolate
 from stimuli.develop.raw_files import DEMOSAICS, read_raw
-from stimuli.sparkle.measures.find import SparkleThreshold
-from stimuli.sparkle.measures.measure import measure_sparkles
+from stimuli.sparkles.find import SparkleThreshold
+from stimuli.sparkles.measure import measure_sparkles
 from stimuli.spectral.bands import read_spectral
 from stimuli.spectral.convert import spectral_to_xyz
 

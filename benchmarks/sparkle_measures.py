@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
 from documents.arrays import Floats
-from stimuli.sparkle.measures.find import SparkleThreshold
-from stimuli.sparkle.measures.measure import measure_sparkles
+from stimuli.sparkles.find import SparkleThreshold
+from stimuli.sparkles.measure import measure_sparkles
 
 Picture = NDArray[np.float32]
 SHAPE = sized((1460, 2190), (292, 438))

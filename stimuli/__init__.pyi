@@ -12,4 +12,4 @@ from .pictures.exr_write import write_exr as write_exr
 from .pictures.resampling import resample_picture as resample_picture
 from .pictures.stereo_image import StereoImage as StereoImage
 from .recipes.recipe import read_recipe as read_recipe
-from .sparkle.measures.measure import measure_sparkles as measure_sparkles
+from .sparkles.measure import measure_sparkles as measure_sparkles

@@ -17,7 +17,7 @@ from stimuli.build import StimulusSet, build_set, display_of
 from stimuli.luminance import ContrastOverExposure, contrast_over_exposure, exposure_words
 from stimuli.pictures import StereoImage
 from stimuli.recipes import DisplaySetup
-from stimuli.sparkle import SparkleThreshold
+from stimuli.sparkles import SparkleThreshold
 
 _SHOWN = SERIES_COLOURS[1]
 _SUFFIXES = (".svg", ".pdf")

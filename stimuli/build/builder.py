@@ -28,7 +28,7 @@ from stimuli.recipes.banded_picture import BandedPicture
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
 from stimuli.recipes.recipe import RECIPES
 from stimuli.recipes.recipe_kind import RecipeKind
-from stimuli.sparkle.measures.find import SparkleThreshold
+from stimuli.sparkles.find import SparkleThreshold
 
 Entry = dict[str, Any]
 

@@ -36,7 +36,7 @@ from stimuli.comparison.disparities import (
 from stimuli.comparison.eye_identity import LOCAL_MEAN_PX, ViewPair, local_contrast
 from stimuli.errors import StimulusError
 from stimuli.pictures.rows import Mask
-from stimuli.sparkle.measures.find import SparkleThreshold, find_peaks
+from stimuli.sparkles.find import SparkleThreshold, find_peaks
 
 # Squares have a fifth of the shorter side up to the usual, and a twentieth of larger pictures, within these bounds.
 _SHARE, _USUAL_PX, _MOST_ACROSS, _SQUARE_PX = 5, 64, 20, (48, 96)

@@ -24,8 +24,8 @@ from stimuli.comparison.regions import PairedArea
 from stimuli.comparison.sharpness import blurred
 from stimuli.comparison.verdict import Limits, Outcome, Reason
 from stimuli.pictures.rows import Mask, RowFile, bands
-from stimuli.sparkle.measures.find import Peaks, SparkleThreshold
-from stimuli.sparkle.measures.measure import SparkleMeasures, Uncertain, measure_sparkles, mutual_nearest
+from stimuli.sparkles.find import Peaks, SparkleThreshold
+from stimuli.sparkles.measure import SparkleMeasures, Uncertain, measure_sparkles, mutual_nearest
 
 # Less is no turn and no growth.
 _TURNED_DEG, _GROWN = 1e-6, 1e-6

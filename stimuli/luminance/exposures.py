@@ -25,9 +25,9 @@ from documents.text import JsonResult, with_error
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
-from stimuli.sparkle.measures.background import local_background
-from stimuli.sparkle.measures.find import SparkleThreshold, find_peaks
-from stimuli.sparkle.measures.measure import Uncertain, measure_sparkles
+from stimuli.sparkles.background import local_background
+from stimuli.sparkles.find import SparkleThreshold, find_peaks
+from stimuli.sparkles.measure import Uncertain, measure_sparkles
 
 Luminance = NDArray[np.float32]
 _ROWS = 64

@@ -15,8 +15,8 @@ from documents.text import JsonResult
 from stimuli.luminance.saturation import Saturation, measure_saturation
 from stimuli.pictures.coded import CodedPicture
 from stimuli.pictures.stereo_image import Eye, StereoImage
-from stimuli.sparkle.measures.find import SparkleThreshold
-from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles
+from stimuli.sparkles.find import SparkleThreshold
+from stimuli.sparkles.measure import PixelScale, SparkleMeasures, measure_sparkles
 
 # A picture's extremes are single pixels; its robust range leaves out the darkest and the brightest thousandth.
 ROBUST_PERCENTILES = (0.1, 99.9)

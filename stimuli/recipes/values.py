@@ -15,8 +15,8 @@ from documents.yaml import FileModel, NotNegative, Positive
 from stimuli.develop.options import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.luminance.scale import greyscale, scaled
 from stimuli.pictures.stereo_image import View, XYZImage
-from stimuli.sparkle.measures.find import SparkleThreshold
 from stimuli.sparkle.scene import Chromaticity
+from stimuli.sparkles.find import SparkleThreshold
 
 Step = Mapping[str, Any]
 MAX_STIMULI = 1000

@@ -1,9 +1,4 @@
 from .flakes import scatter_flakes as scatter_flakes
-from .measures.find import SparkleThreshold as SparkleThreshold
-from .measures.measure import PixelScale as PixelScale
-from .measures.measure import SparkleMeasures as SparkleMeasures
-from .measures.measure import measure_sparkles as measure_sparkles
-from .measures.measure import shared_sparkles as shared_sparkles
 from .scene import wavelengths_nm as wavelengths_nm
 from .studio import Studio as Studio
 from .studio import plate_light as plate_light

@@ -34,8 +34,9 @@ from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviatio
 from stimuli.pictures import StereoImage, XYZImage
 from stimuli.recipes import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import PixelScale, SparkleThreshold, plate_light, scatter_flakes
+from stimuli.sparkle import plate_light, scatter_flakes
 from stimuli.sparkle.studio import photograph
+from stimuli.sparkles import PixelScale, SparkleThreshold
 from tests.kept import known
 
 # The largest factor that saturates no more than allowed, against bisection, and Table 4.3.

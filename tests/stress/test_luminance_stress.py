@@ -30,7 +30,7 @@ from stimuli.measures import (
 )
 from stimuli.pictures import StereoImage, resample_picture, rows
 from stimuli.pictures.resampling import Filter, axis_weights
-from stimuli.sparkle import SparkleMeasures, measure_sparkles
+from stimuli.sparkles import SparkleMeasures, measure_sparkles
 from tests.kept import known
 from tests.stress.sheet import WHITE, Sheet
 

@@ -14,11 +14,10 @@ from scipy.special import ndtr
 
 from documents.arrays import Floats
 from stimuli.errors import StimulusError
-from stimuli.sparkle import PixelScale, SparkleMeasures, SparkleThreshold, measure_sparkles, shared_sparkles
-from stimuli.sparkle.measures import moments
-from stimuli.sparkle.measures.background import local_background
-from stimuli.sparkle.measures.find import find_peaks
-from stimuli.sparkle.measures.moments import FWHM_PER_SD, sparkle_moments
+from stimuli.sparkles import PixelScale, SparkleMeasures, SparkleThreshold, measure_sparkles, moments, shared_sparkles
+from stimuli.sparkles.background import local_background
+from stimuli.sparkles.find import find_peaks
+from stimuli.sparkles.moments import FWHM_PER_SD, sparkle_moments
 from tests.compiled_loops import not_in_numpy
 from tests.kept import known
 
@@ -245,7 +244,7 @@ def test_thresholds_that_cannot_be() -> None:
         PixelScale(pixels_per_mm=0)
 
 
-LOOPS = "stimuli.sparkle.measures.sparkle_loops"
+LOOPS = "stimuli.sparkles.sparkle_loops"
 
 
 def both(

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from documents.arrays import Floats
 from documents.compiled import loops
-from stimuli.sparkle.measures.background import Luminance
-from stimuli.sparkle.measures.find import Peaks
+from stimuli.sparkles.background import Luminance
+from stimuli.sparkles.find import Peaks
 
 # Full width at half maximum of a Gaussian, in standard deviations.
 FWHM_PER_SD = 2.0 * np.sqrt(2.0 * np.log(2.0))
@@ -134,7 +134,7 @@ def _fit_in_place(
 
     Places there are offsets from the peaks; the neighbours are as ``around`` says.
     """
-    compiled = loops("stimuli.sparkle.measures.sparkle_loops", luminance.size)
+    compiled = loops("stimuli.sparkles.sparkle_loops", luminance.size)
     if compiled is not None:
         places = (np.ascontiguousarray(luminance), peaks.row, peaks.column, peaks.background_cd_m2)
         compiled.fit(

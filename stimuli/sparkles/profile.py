@@ -8,9 +8,9 @@ import numpy as np
 
 from documents.arrays import Floats
 from documents.compiled import loops
-from stimuli.sparkle.measures.background import Luminance
-from stimuli.sparkle.measures.find import Peaks
-from stimuli.sparkle.measures.moments import Moments, patches
+from stimuli.sparkles.background import Luminance
+from stimuli.sparkles.find import Peaks
+from stimuli.sparkles.moments import Moments, patches
 
 # "An 8-pixel neighborhood around a sparkle point".
 REACH_PX = 8
@@ -60,7 +60,7 @@ def _rings(
     And, (k,) each, how many pixels there are in each ring of all places, and the sum of their radii.
     """
     means, number, radii = np.empty((len(row_px), RINGS)), np.zeros(RINGS), np.zeros(RINGS)
-    if (compiled := loops("stimuli.sparkle.measures.sparkle_loops", luminance.size)) is not None:
+    if (compiled := loops("stimuli.sparkles.sparkle_loops", luminance.size)) is not None:
         compiled.rings(np.ascontiguousarray(luminance), row_px, column_px, background, means, number, radii)
         return means, number, radii
     offsets = np.arange(-REACH_PX - 1, REACH_PX + 2)

@@ -15,10 +15,10 @@ import numpy as np
 from documents.arrays import Floats
 from documents.text import JsonResult
 from stimuli.errors import StimulusError
-from stimuli.sparkle.measures.background import Luminance
-from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, SparkleThreshold, find_peaks
-from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, sparkle_moments
-from stimuli.sparkle.measures.profile import RadialProfile, radial_profile
+from stimuli.sparkles.background import Luminance
+from stimuli.sparkles.find import SEPARATION_PX, Peaks, SparkleThreshold, find_peaks
+from stimuli.sparkles.moments import FWHM_PER_SD, Moments, sparkle_moments
+from stimuli.sparkles.profile import RadialProfile, radial_profile
 
 # Two equal Gaussians have one top up to two standard deviations apart, unequal ones up to more: so many in the mean.
 _ONE_TOP_SD = 2.7

@@ -16,7 +16,7 @@ from documents.arrays import Floats
 from documents.compiled import loops
 from documents.text import counted
 from stimuli.errors import StimulusError
-from stimuli.sparkle.measures.background import Background, Luminance, local_background
+from stimuli.sparkles.background import Background, Luminance, local_background
 
 # The least distance of two peaks.
 SEPARATION_PX = 2
@@ -134,7 +134,7 @@ def _above(luminance: Luminance, background: Background, threshold: SparkleThres
 def _is_peak(luminance: Luminance, place: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which places have nothing brighter near them; of equals, the first is the peak."""
     peak = np.ones(len(place), dtype=np.bool_)
-    if (compiled := loops("stimuli.sparkle.measures.sparkle_loops", luminance.size)) is not None:
+    if (compiled := loops("stimuli.sparkles.sparkle_loops", luminance.size)) is not None:
         compiled.is_peak(np.ascontiguousarray(luminance), place, peak)
         return peak
     height, width = luminance.shape
@@ -153,7 +153,7 @@ def _is_peak(luminance: Luminance, place: NDArray[np.int64]) -> NDArray[np.bool_
 
 def _areas(place: NDArray[np.int64], height: int, width: int) -> NDArray[np.int64]:
     """Return the number of the area that each place belongs to; places touch along sides and corners."""
-    if (compiled := loops("stimuli.sparkle.measures.sparkle_loops", height * width)) is not None:
+    if (compiled := loops("stimuli.sparkles.sparkle_loops", height * width)) is not None:
         area = np.empty(len(place), dtype=np.int64)
         compiled.areas(place, width, area)
         return area

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from documents.arrays import Flags, Floats, Floats32
 from documents.compiled import loop
-from stimuli.sparkle.measures import find, moments, profile
+from stimuli.sparkles import find, moments, profile
 
 Integers = NDArray[np.int64]
 
