@@ -6,9 +6,10 @@
     python tools/golden.py --only run   those commands alone
 
 Kept are exit statuses, what is printed, JSON, CSV, logs, pages as text, and the code values of pictures, without what
-two runs never have in common: times, durations, identifiers, digests, folders. Numbers are kept to seven digits, since
-processors differ beyond. What is long is kept as its first and last lines and a digest of all. A change of the program
-that moves no number and no word leaves all of it as it was; one that does is listed with its reason where it lands.
+two runs never have in common: times, durations, identifiers, digests, folders. Numbers are kept to five digits:
+processors differ beyond, by as much as what is fitted is badly conditioned. What is long is kept as its first and last
+lines and a digest of all. A change of the program that moves no number and no word leaves all of it as it was; one that
+does is listed with its reason where it lands.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ _VARIES = [
 # Keys of JSON whose values are measured with a clock, or say which machine and version this was.
 _MEASURED = re.compile(
     r'"(software|machine|packages|process|host|station|graphics|gl|versions?|seconds|shown_ms|duration_s|elapsed_s|took_s|pid|chain'
-    r'|time|at|started|began|ended|t|clock|work|threads|cores|platform|python|cache)": ?'
+    r'|OperatingSystem|time|at|started|began|ended|t|clock|work|threads|cores|platform|python|cache)": ?'
     r'("(?:[^"\\]|\\.)*"|-?[\d.e+-]+|\{[^{}]*\}|\[[^\[\]]*\]|null)'
 )
 _NUMBER = re.compile(r"-?\d+\.\d{6,}(?:e[+-]?\d+)?|-?\d\.\d+e[+-]?\d+|(?<![\w.+-])\d+e-1\d\b")
@@ -233,7 +234,7 @@ def plain(text: str, folder: Path) -> str:
     text = _MEASURED.sub(lambda found: f'"{found[1]}": MEASURED', text)
     for pattern, word in _VARIES:
         text = pattern.sub(word, text)
-    text = _NUMBER.sub(lambda found: f"{float(found[0]):.7g}" if abs(float(found[0])) >= _ROUNDING else "0", text)
+    text = _NUMBER.sub(lambda found: f"{float(found[0]):.5g}" if abs(float(found[0])) >= _ROUNDING else "0", text)
     return re.sub(
         r"\b\d+(?:\.\d+)? (ms|s|seconds|minutes)\b(?= (?:of|for|in all|took)|$)",
         r"DURATION \1",
