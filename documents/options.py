@@ -17,7 +17,6 @@ from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, is_dataclass, make_dataclass
 from functools import cache
-from importlib.abc import InspectLoader
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -107,8 +106,9 @@ def parameters_of(function: str) -> Any:
     ['function', 'text']
     """
     module, _, name = function.rpartition(".")
-    loader = getattr(importlib.util.find_spec(module), "loader", None)
-    tree = ast.parse((loader.get_source(module) if isinstance(loader, InspectLoader) else None) or "")
+    # `importlib.abc` names such loaders, and takes a tenth of the time of a start to import.
+    source_of = getattr(getattr(importlib.util.find_spec(module), "loader", None), "get_source", None)
+    tree = ast.parse((source_of and source_of(module)) or "")
     parts = {part.name: part for part in tree.body if isinstance(part, ast.FunctionDef)}
     own = [part for part in ast.walk(tree) if isinstance(part, ast.ImportFrom)]
     whole = {alias.name: f"{part.module}.{alias.name}" for part in own for alias in part.names}
