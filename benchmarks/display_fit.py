@@ -14,7 +14,7 @@ from promises import Promise, worst
 
 from devices.characterise import parametric
 from devices.characterise.choose import characterise
-from devices.characterise.cross_validation import NAMES, PARAMETRIC
+from devices.characterise.cross_validation import PARAMETRIC
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.residual_fit import fit_residual
@@ -79,7 +79,7 @@ def _rows(display: str, readings: Measurements) -> list[dict[str, object]]:
             "parameter": "all, cross-validated",
             "seconds": whole_s,
             "error": found.chosen.held_out.mean,
-            "note": f"{len(data)} patches, {len(NAMES)} models, {found.folds} folds",
+            "note": f"{len(data)} patches, {len(found.candidates)} models, {found.folds} folds",
         }
     )
     return rows
