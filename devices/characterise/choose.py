@@ -35,11 +35,12 @@ from devices.characterise.patches import Patches
 from devices.characterise.readings_check import check_readings
 from devices.diagnostics.channels import additivity
 from devices.display.model import DisplayModel
+from devices.display.model_spec import CURVES
 from devices.errors import DeviceError
 from devices.readings.table import Measurements
 from documents import Finding
 from documents.arrays import Floats
-from documents.text import JsonResult, counted
+from documents.text import JsonResult, counted, did_you_mean
 
 # A decade with fewer readings is told, and has no say in the choice of a model.
 FEWEST_JUDGED = 3
@@ -278,7 +279,7 @@ def characterise(
     if {"left", "right"} <= eyes:
         raise DeviceError(Finding("the readings are of both eyes", remedy="choose one with --eye left or --eye right"))
     notes = list(readings.assumptions) + list(check_readings(readings))
-    further = "" if model in ("auto", *get_args(Name)) else model
+    further = _of_others(model)
     screened = screen(readings.codes, readings.XYZ, seed, residual=model in ("auto", "residual"), further=further)
     wrong = np.zeros(len(readings), dtype=bool) if keep_all else screened.wrong
     judged = screened.all_kept if keep_all else screened.kept
@@ -333,6 +334,18 @@ def characterise(
         screened.fits_made,
         sum("residual" in fit for fit in (judged.fits, *(fits for _, fits in judged.folds))),
     )
+
+
+def _of_others(model: str) -> str:
+    """Return the name of another package's curves, empty where ``model`` is ours; DeviceError where nobody fits it."""
+    ours = ("auto", *get_args(Name))
+    if model in ours:
+        return ""
+    kind = CURVES.get(model)
+    if kind is None or not kind.can_be_fitted():
+        names = [*ours, "none", *(name for name in CURVES.names() if CURVES[name].can_be_fitted())]
+        raise DeviceError(Finding(f"no model '{model}' is fitted", remedy=did_you_mean(model, names)))
+    return model
 
 
 def _on_wrong(

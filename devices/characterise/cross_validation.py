@@ -21,7 +21,6 @@ from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.model import DisplayModel
 from devices.display.model_spec import CURVES, DisplayCurves
 from devices.display.plvc import Plvc
-from devices.errors import DeviceError
 from documents.arrays import Floats
 
 Rows = NDArray[np.intp]
@@ -87,10 +86,9 @@ class CrossValidation:
         return self._with("residual", lambda training, own: residual_of(training, own["plvc"]))
 
     def with_curves(self, name: str) -> CrossValidation:
-        """Return the same with another package's curves of that ``name`` too; DeviceError if they are not fitted."""
-        kind = CURVES.wanted(name, "model", DeviceError)
+        """Return the same with another package's curves of that ``name`` too, begun at each fold's GOGO model."""
         with CURVES.blamed(name):
-            return self._with(name, lambda training, own: _curves_of(kind, training, own["gogo"].model))
+            return self._with(name, lambda training, own: _curves_of(CURVES[name], training, own["gogo"].model))
 
     def _with(self, name: str, fit: Callable[[Patches, Fits], ModelFit]) -> CrossValidation:
         folds: list[tuple[Rows, Fits]] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from inspect import getattr_static
 from itertools import product
 from typing import Annotated, Any, Literal, Self
 
@@ -87,10 +88,14 @@ class DisplayCurves(FileModel):
     def fitted(cls, codes: Floats, XYZ_cd_m2: Floats, begin: DisplayModel) -> tuple[DisplayModel, int]:
         """Return the model of such curves fitted to readings, and how many of its numbers were free.
 
-        ``codes`` (n, 3) in 0..1, their light (n, 3), and the best GOGO model of them to ``begin`` with. DeviceError
-        where these curves cannot be fitted.
+        ``codes`` (n, 3) in 0..1, their light (n, 3), and the best GOGO model of them to ``begin`` with.
         """
-        raise DeviceError(Finding(f"{cls.__name__} do not say how they are fitted", remedy="name another --model"))
+        raise NotImplementedError(cls.__name__)  # those that do not say how: `can_be_fitted`
+
+    @classmethod
+    def can_be_fitted(cls) -> bool:
+        """Whether they say how they are `fitted`."""
+        return getattr_static(cls, "fitted") is not getattr_static(DisplayCurves, "fitted")
 
     @classmethod
     def written(cls, model: DisplayModel) -> dict[str, Any]:

@@ -146,9 +146,13 @@ def test_another_packages_curves_are_read_and_named(
     chosen = fit.eyes["both"].characterisation.chosen
     assert (chosen.name, chosen.free_numbers, chosen.held_out.max < 0.01) == ("sigmoid", 13, True)
     assert np.allclose(read_display(file).models("side-by-side").left.xyz(codes), model.xyz(codes), atol=1e-4)
-    for kind, said in (("sigmund", "'sigmoid'"), ("srgb", "do not say")):
+    for wrong, said in (
+        ("sigmund", "'sigmoid'"),
+        ("residul", "'residual'"),
+        ("srgb", "one of: auto.*residual, none, sigmoid"),
+    ):
         with pytest.raises(InputError, match=said):
-            fit_display(readings, model=kind)
+            fit_display(readings, model=wrong)
     for kind, said in (("sigmund", "'sigmoid'"), ("torn", "torn 1.0.*ZeroDivisionError")):
         file.write_text(text.replace("sigmoid", kind))
         with pytest.raises(InputError, match=said) as error:
