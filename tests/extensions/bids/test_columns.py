@@ -159,6 +159,8 @@ def test_a_stimulus_called_left_does_not_take_an_eyes_place() -> None:
 
 def test_keys_that_are_to_stay_whole_do() -> None:
     assert flatten({"a": {"b": 1}, "c": {"d": 2}}, whole={"a"}) == [(("a",), {"b": 1}), (("c", "d"), 2)]
+    nested = {"a": {"b": {"c": {"d": {"e": {"f": {"g": 1}}}}}}}
+    assert flatten(nested) == [(("a", "b", "c", "d", "e", "f"), {"g": 1})]  # what is deeper is a value
 
 
 def test_the_group_of_a_pair_has_a_column_that_says_what_it_is() -> None:
