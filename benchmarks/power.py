@@ -28,14 +28,14 @@ from curves import program, seconds, sized, times_faster
 from promises import Promise, worst
 from simulated_studies import Design
 
+from analysis.choices import TARGET
 from analysis.classes.classes import classify
 from analysis.comparisons.comparisons import Answer, from_answers
-from analysis.power.plan import Plan, differing_pairs, spread_theta
-from analysis.power.simulation import simulate_power
-from analysis.power.smallest import TARGET, TYPICAL_SD, SmallestDifference, smallest_difference
+from analysis.power import differing_pairs, simulate_power, spread_theta
 from analysis.report.estimate import estimate_scores
 from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
+from analysis.simulation import TYPICAL_SD, Plan, SmallestDifference, smallest_difference
 
 Row = dict[str, object]
 

@@ -20,8 +20,6 @@ from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.covariance import contrast_variances
 from analysis.errors import ResultsError
-from analysis.power.plan import Plan
-from analysis.power.studies import analyse, widths
 from analysis.report.estimate import estimate_scores
 from analysis.scaling.counts import Counts
 from analysis.scaling.fitting import fit
@@ -31,6 +29,8 @@ from analysis.scaling.profile import profiles_of
 from analysis.scaling.result import CovarianceKind, Fit, Method
 from analysis.scaling.scores import score
 from analysis.scaling.separation import strong_groups
+from analysis.simulation import Plan
+from analysis.simulation.studies import analyse, widths
 from documents.arrays import Floats, Indices
 
 
@@ -319,7 +319,7 @@ def _by_law(
 def _alike(
     design: Design, studies: int, covariance: CovarianceChoice, adjust: Adjust, alpha: float, seed: int
 ) -> _Outcomes:
-    """All studies at once, as `analysis.power.studies` does it; tests there compare it with a report's."""
+    """All studies at once, as `analysis.simulation.studies` does it; tests there compare it with a report's."""
     from scipy.special import log_softmax
 
     n = len(design.theta)

@@ -123,7 +123,7 @@ def observer_spread(comparisons: Comparisons, model: Model = "bradley-terry") ->
     Returns
     -------
     ObserverSd
-        In nats, or standard deviations for ``thurstone``: what `analysis.power` takes as spread between observers.
+        In nats, or standard deviations for ``thurstone``: what `analysis.simulation` takes as spread between observers.
 
     Raises
     ------

@@ -10,9 +10,9 @@ import numpy as np
 
 from analysis.classes.multiplicity import ADJUSTMENT_NAMES
 from analysis.power.groups import GroupsNeeded, parts_of
-from analysis.power.plan import Plan
 from analysis.power.results import Needed
 from analysis.power.tables import size_table
+from analysis.simulation import Plan
 from documents.arrays import Floats
 from documents.figures import DEEP, INK, Drawing, drawing, drawn, short
 from documents.pages import Beside, Column, Facts, Figure, Page, Paragraph, Section, Table
@@ -154,7 +154,8 @@ def write_page(needed: Needed | GroupsNeeded, output: Path, title: str, notes: S
     Examples
     --------
     >>> import tempfile
-    >>> from analysis.power import Plan, observers_needed, simulate_power
+    >>> from analysis.power import observers_needed, simulate_power
+    >>> from analysis.simulation import Plan
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
     >>> with tempfile.TemporaryDirectory() as folder:

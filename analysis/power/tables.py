@@ -86,7 +86,8 @@ def write_csv(needed: Needed | GroupsNeeded, file: TextIO | Path) -> None:
     --------
     >>> import io
     >>> import numpy as np
-    >>> from analysis.power import Plan, observers_needed, simulate_power
+    >>> from analysis.power import observers_needed, simulate_power
+    >>> from analysis.simulation import Plan
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
     >>> stream = io.StringIO()
@@ -116,7 +117,8 @@ def power_blocks(needed: Needed | GroupsNeeded) -> tuple[Block, ...]:
     Examples
     --------
     >>> import numpy as np
-    >>> from analysis.power import Plan, observers_needed, simulate_power
+    >>> from analysis.power import observers_needed, simulate_power
+    >>> from analysis.simulation import Plan
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
     >>> table, legend, sentence = power_blocks(needed)

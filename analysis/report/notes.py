@@ -10,7 +10,6 @@ from itertools import chain
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.fast_answers import FastAnswers
 from analysis.observers.responses import catch_results
-from analysis.power.smallest import SmallestDifference
 from analysis.ratings.ratings import preferences
 from analysis.records.answered_by import who_answered
 from analysis.records.codes import Sitting, notes_on_codes, notes_on_sittings
@@ -22,6 +21,7 @@ from analysis.report.seen import filters_notes
 from analysis.report.words import counted, listed, some
 from analysis.scaling.lack_of_fit import OneScale
 from analysis.seals.seal import notes_on_seals
+from analysis.simulation.smallest import SmallestDifference
 from documents.files import unprotected
 
 FEWEST_FOR_CHOSEN_PAIRS = 5

@@ -11,7 +11,6 @@ from analysis.factors.result import FactorEffects
 from analysis.kinds.kinds import KINDS
 from analysis.observers.filters import KeptSessions
 from analysis.observers.table import ObserverTable
-from analysis.power.smallest import SmallestDifference
 from analysis.records.lines import Header
 from analysis.records.seen import what_eyes_saw
 from analysis.records.session_record import SessionLog
@@ -22,6 +21,7 @@ from analysis.report.not_reported import UnreportedField, unreported
 from analysis.report.part import Part
 from analysis.report.reviewers import Review
 from analysis.report.summary import Summary
+from analysis.simulation.smallest import SmallestDifference
 from documents.text import JsonResult
 
 

@@ -15,7 +15,6 @@ from analysis.choices import Adjust, CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.observers.responses import catch_results, first_choices
-from analysis.power.smallest import SmallestDifference, smallest_in
 from analysis.ratings.ratings import preferences
 from analysis.records.answered_by import WhoAnswered, who_answered
 from analysis.records.lines import Header
@@ -26,6 +25,7 @@ from analysis.scaling.lack_of_fit import OneScale, one_scale
 from analysis.scaling.result import TWO_SIDED_95
 from analysis.scaling.scores import Scores, score
 from analysis.series.observer_means import shares
+from analysis.simulation.smallest import SmallestDifference, smallest_in
 from documents.text import finite
 
 
@@ -45,7 +45,7 @@ class ReportSummary(ABC):
         Sentences that a reader needs before the numbers.
     smallest
         The smallest difference that the design finds, in the largest group where there are groups; None where pairs
-        were chosen by the answers, and as `analysis.power.smallest.smallest_difference`.
+        were chosen by the answers, and as `analysis.simulation.smallest_difference`.
     """
 
     sessions: tuple[SessionLog, ...]

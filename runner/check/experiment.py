@@ -174,7 +174,7 @@ def _smallest(times: NDArray[np.int64], observers: int, group: str, tests: Analy
     if (before := kept.find(depends_on)) is not None:
         return cast("Mapping[str, Any] | None", before["found"])
     # SciPy and the simulation take 0.2 s to import, which no other check needs.
-    from analysis.power import smallest_difference
+    from analysis.simulation import smallest_difference
 
     one = smallest_difference(times, observers, alpha=tests.alpha, adjust=tests.adjust, covariance=tests.covariance)
     found = None if one is None else replace(one, group=group).to_json()

@@ -12,7 +12,6 @@ from analysis.errors import ResultsError
 from analysis.power import (
     GroupsNeeded,
     Needed,
-    Plan,
     assumed_notes,
     check_target,
     chosen_pairs,
@@ -22,6 +21,7 @@ from analysis.power import (
     write_csv,
     write_page,
 )
+from analysis.simulation import Plan
 from documents import Finding, WorkError
 from documents.files import writing
 from documents.pages import Block

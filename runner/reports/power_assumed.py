@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from analysis.comparisons import Comparisons, from_sessions, read_any
 from analysis.errors import ResultsError
 from analysis.hierarchical import fit_observers, observer_spread
-from analysis.power import TYPICAL_SD, ScoresOf, differing_pairs, score_theta, spread_theta
+from analysis.power import differing_pairs, score_theta, spread_theta
 from analysis.records import pool, read_results
 from analysis.scaling import score, score_groups
+from analysis.simulation import TYPICAL_SD, ScoresOf
 from documents import Finding
 from documents.files import read_regular
 from documents.tables import ENDINGS

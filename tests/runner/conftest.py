@@ -21,5 +21,5 @@ def unseen() -> Iterator[None]:
 def few_studies() -> Iterator[None]:
     """Simulate as few studies as there may be of a design for the smallest difference that it finds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("analysis.power.smallest.MOST_STUDIES", 60)
+        patch.setattr("analysis.simulation.smallest.MOST_STUDIES", 60)
         yield

@@ -15,9 +15,9 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from analysis.power import Plan, differing_pairs
-from analysis.power.studies import analyse, draw
 from analysis.scaling import compared_groups
+from analysis.simulation import Plan
+from analysis.simulation.studies import analyse, draw
 from runner.blocks import Stimuli
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.incomplete_pairs import PLACES, designs, fewest_pairs, observers_pairs, place_of
@@ -138,7 +138,7 @@ def test_power_simulates_each_observer_with_their_own_pairs(tmp_path: Path) -> N
 
 def test_a_plan_of_equal_rows_gives_what_one_row_gives_and_unequal_ones_their_own_counts() -> None:
     theta = np.linspace(1, -1, 4)
-    plan = Plan(("a", "b", "c", "d"), theta, np.full(6, 2), differing_pairs(theta), observer_sd=0.5)
+    plan = Plan(("a", "b", "c", "d"), theta, np.full(6, 2), np.ones(6, dtype=np.bool_), observer_sd=0.5)
     rows = replace(plan, times=np.full((3, 6), 2))
     one, other = (draw(each, 7, 5, np.random.default_rng(1)) for each in (plan, rows))
     assert (one == other).all()

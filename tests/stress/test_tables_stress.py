@@ -20,12 +20,13 @@ from analysis.comparisons import read_any
 from analysis.comparisons.layouts import LAYOUTS
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.power import Plan, differing_pairs, simulate_power, spread_theta
-from analysis.power.studies import run
+from analysis.power import differing_pairs, simulate_power, spread_theta
 from analysis.records import FILE_NAME, new_header
+from analysis.simulation import Plan
+from analysis.simulation.studies import run
 from benchmarks.power import by_report
 from extensions.bids import export_dataset
-from tests.analysis.power.test_simulation import report_on
+from tests.analysis.simulation.test_simulation import report_on
 from tests.answers import new_answer
 from tests.kept import known
 from tests.stress.memory import command_alone, run_alone
@@ -191,9 +192,8 @@ STUDIES = 300
 
 MANY = """
 import numpy as np
-from analysis.power.plan import differing_pairs, spread_theta
-from analysis.power.plan import Plan
-from analysis.power.simulation import simulate_power
+from analysis.power import differing_pairs, simulate_power, spread_theta
+from analysis.simulation import Plan
 from tests.stress.memory import forget_peak, peak_kb
 theta = spread_theta(100, 3)
 plan = Plan(tuple(map(str, range(100))), theta, np.ones(4950, dtype=np.int64), differing_pairs(theta), observer_sd=0.5)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
-from analysis.power import Plan, simulate_power
+from analysis.power import simulate_power
 from analysis.power.compute import compute
 from tests.analysis.power.to_the_last_bit import numbers
-
-MakePlan = Callable[..., Plan]
+from tests.plans import plan_of
 
 pytestmark = pytest.mark.nightly
 STRENGTHS = (-1.2, -0.4, 0.1, 0.3, 1.2)
@@ -38,7 +37,7 @@ def test_what_the_work_raises_comes_through(scheduler: str) -> None:
 
 
 @pytest.mark.parametrize("interval", ["wald", "bootstrap"])
-def test_processes_give_the_same_answer_to_the_last_bit(plan_of: MakePlan, scheduler: str, interval: str) -> None:
+def test_processes_give_the_same_answer_to_the_last_bit(scheduler: str, interval: str) -> None:
     plan = plan_of(*STRENGTHS, observer_sd=0.5, covariance="sandwich", interval=interval)
     replicates = 1000 if interval == "wald" else 30
     here = simulate_power(plan, [8, 12], replicates=replicates, workers=1)

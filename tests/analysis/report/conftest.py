@@ -36,7 +36,7 @@ def described(make_session: Maker) -> Report:
 @pytest.fixture(autouse=True)
 def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw a tenth of the bootstrap samples, and few studies: no test of the report looks at how many agree."""
-    monkeypatch.setattr("analysis.power.smallest.MOST_STUDIES", 60)
+    monkeypatch.setattr("analysis.simulation.smallest.MOST_STUDIES", 60)
     monkeypatch.setattr("analysis.report.estimate.resample", partial(resample, replicates=100))
     monkeypatch.setattr("analysis.report.reviewers.REPLICATES", 100)
 

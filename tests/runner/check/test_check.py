@@ -389,7 +389,7 @@ def test_what_is_not_asked_is_not_computed_and_what_was_computed_is_kept(
     def again(*_: Any, **__: Any) -> None:
         raise AssertionError("simulated again")
 
-    monkeypatch.setattr("analysis.power.smallest._smallest", again)
+    monkeypatch.setattr("analysis.simulation.smallest._smallest", again)
     assert _check(study, observers=(12,)).facts["smallest_difference"] == found
     assert "smallest_difference" not in _check(study).facts
     study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 2")

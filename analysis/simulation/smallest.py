@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from analysis.choices import SEED, TARGET, Adjust, CovarianceChoice
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.power.plan import Plan
-from analysis.power.simulation import simulate_power
-from analysis.power.studies import matrices
 from analysis.scaling.laws import NATS_PER_JND
 from analysis.scaling.separation import compared_groups
-from documents import Finding
+from analysis.simulation.plan import Plan
+from analysis.simulation.simulation import blocks_of, simulate, summed
+from analysis.simulation.studies import matrices
+from documents import Finding, one_blas_thread
 from documents.text import JsonResult
 
 TYPICAL_SD = 0.7  # between observers in nats, where none is measured
@@ -196,7 +196,7 @@ def smallest_difference(
     Raises
     ------
     ResultsError
-        As `simulate_power`, or if ``target`` is not between 0 and 1.
+        As `blocks_of` and `summed`, or if ``target`` is not between 0 and 1.
 
     Examples
     --------
@@ -306,6 +306,7 @@ def _between(tried: dict[float, float], target: float, studies: int) -> tuple[fl
     return float(low + (probit - ends[0]) / slope), float(error)
 
 
+@one_blas_thread()
 def _chance(plan: Plan, observers: int, nats: float, studies: int, seed: int) -> float:
     """Return the share of studies that find a pair of items that differ by ``nats``; the others are midway."""
     first, second = plan.pairs
@@ -315,10 +316,9 @@ def _chance(plan: Plan, observers: int, nats: float, studies: int, seed: int) ->
     for number, pair in enumerate(pairs):
         theta = np.zeros(len(plan.items))
         theta[first[pair]], theta[second[pair]] = nats / 2, -nats / 2
-        power = simulate_power(
-            replace(plan, theta=theta), [observers], replicates=studies // len(pairs), seed=seed + number, workers=1
-        )
-        found += float(power.separates[0, pair])
+        blocks = blocks_of(replace(plan, theta=theta), [observers], studies // len(pairs), seed + number)
+        tally = summed(blocks, map(simulate, blocks))[observers]
+        found += float(tally.right[pair] / (tally.replicates - tally.unfitted))
     return found / len(pairs)
 
 

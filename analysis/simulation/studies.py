@@ -12,7 +12,6 @@ from analysis.choices import Interval
 from analysis.classes.multiplicity import significant_pairs
 from analysis.covariance.laplacian import contrast_variances, differences_of, pseudo_inverse, without_rounding
 from analysis.covariance.shrinkage import Clustered, Spread, shrink
-from analysis.power.plan import Plan
 from analysis.scaling.counts import Counts
 from analysis.scaling.deciding import verdicts
 from analysis.scaling.jeffreys import Jeffreys
@@ -27,6 +26,7 @@ from analysis.scaling.profile import (
     signed_roots,
 )
 from analysis.scaling.result import Method
+from analysis.simulation.plan import Plan
 from documents.arrays import Flags, Floats, Indices
 
 BOOTSTRAPS = 1000

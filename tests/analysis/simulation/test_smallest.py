@@ -1,45 +1,31 @@
-"""The smallest difference that a design finds, and the answer in words, on the page, and as a table."""
+"""The smallest difference that a design finds: against the power simulated at it, by a long simulation, and exactly."""
 
 from __future__ import annotations
 
-import csv
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from markupsafe import escape
 from scipy.stats import binom
 
 from analysis.comparisons import Answer, from_answers
 from analysis.errors import ResultsError
-from analysis.power import (
+from analysis.simulation import (
     MOST_NATS,
-    Needed,
     Plan,
     SmallestDifference,
-    assumed_notes,
-    observers_needed,
-    simulate_power,
+    blocks_of,
+    simulate,
     smallest_difference,
     smallest_in,
-    write_csv,
-    write_page,
+    summed,
 )
-from analysis.power.page import page_of
-from analysis.power.results import Power
-from analysis.power.smallest import _smallest
-from analysis.power.tables import COLUMNS
-from documents.pages import page_html
+from analysis.simulation.smallest import _smallest
 from tests.choice import nightly
 from tests.kept import known
-from tests.pages import Page, policy_of
-
-# The smallest difference that a design finds: against the power simulated at it, by a long simulation, and exactly.
 
 Designs = Any
 
@@ -72,10 +58,9 @@ def power_at(found: SmallestDifference, times: Designs, nats: float, adjust: Any
         theta = np.zeros(n)
         theta[first[pair]], theta[second[pair]] = nats / 2, -nats / 2
         many = max(100, replicates // len(pairs))
-        power = simulate_power(
-            replace(plan, theta=theta), [found.observers], replicates=many, seed=7000 + pair, workers=1
-        )
-        chances.append(power.separates[0, pair])
+        blocks = blocks_of(replace(plan, theta=theta), [found.observers], many, 7000 + pair)
+        tally = summed(blocks, map(simulate, blocks))[found.observers]
+        chances.append(tally.right[pair] / (tally.replicates - tally.unfitted))
     return float(np.mean(chances))
 
 
@@ -189,123 +174,3 @@ def test_any_design_has_a_sound_answer_and_twice_the_observers_need_no_larger_di
 def test_a_target_that_no_share_of_studies_can_have_is_refused(target: float) -> None:
     with pytest.raises(ResultsError, match="share"):
         smallest_difference(ALL_PAIRS[3], 10, target=target)
-
-
-# The answer in words, from chances that are given.
-
-MakePlan = Callable[..., Plan]
-PAIRS = [("item 0", "item 1"), ("item 0", "item 2"), ("item 1", "item 2")]
-
-
-@pytest.fixture(scope="module")
-def results_found(plan_of: MakePlan) -> Power:
-    """Three items at 10, 20 and 30 observers with chances made up."""
-    simulated = simulate_power(plan_of(1, 0, -1), [10, 20, 30], replicates=50)
-    chances = np.array([[0.5, 0.9, 0.3], [0.81, 0.99, 0.5], [0.9, 1.0, 0.7]])
-    return replace(simulated, separates=chances, separates_error=np.full((3, 3), 0.01))
-
-
-def test_the_fewest_observers_that_are_enough_for_every_pair_named(results_found: Power) -> None:
-    answer = observers_needed(results_found, [PAIRS[0], ("item 2", "item 0")])
-    assert answer.observers == 20
-    assert answer.by_pair.tolist() == [20, 10, 0]
-    assert "the hardest, item 0 and item 1" in answer.sentence
-    assert "in 81 % of the studies (± 1.0 %)" in answer.sentence
-    assert "20 or 30" in known(answer.doubt)
-
-
-def test_one_pair_is_named_in_the_answer(results_found: Power) -> None:
-    answer = observers_needed(results_found, [PAIRS[1]])
-    assert answer.sentence.startswith("10 observers, the fewest tried")
-    assert answer.doubt is None
-
-
-def test_too_few_are_called_too_few(results_found: Power) -> None:
-    answer = observers_needed(results_found)
-    assert answer.observers is None
-    assert answer.to_json()["pairs"][2] == {"items": ["item 1", "item 2"], "observers": None}
-    assert "are too few" in answer.sentence
-    assert "2 of 3 reach it" in answer.sentence
-
-
-def test_a_number_that_larger_ones_fall_behind_is_not_enough(results_found: Power) -> None:
-    luck = replace(results_found, separates=np.array([[0.85, 1, 1], [0.79, 1, 1], [0.9, 1, 1]]))
-    assert observers_needed(luck).observers == 30
-
-
-@pytest.mark.parametrize(
-    ("pairs", "target", "finding"),
-    [
-        ([("item 0", "itm 1")], 0.8, "no item 'itm 1'.*did you mean 'item 1'"),
-        ([("item 0", "item 0")], 0.8, "'item 0' is paired with itself"),
-        ([], 1.0, "the power is 1"),
-    ],
-)
-def test_wrong_questions_are_refused(
-    results_found: Power, pairs: list[tuple[str, str]], target: float, finding: str
-) -> None:
-    with pytest.raises(ResultsError, match=finding):
-        observers_needed(results_found, pairs, target)
-
-
-def test_equal_items_need_a_pair_named(plan_of: MakePlan) -> None:
-    alike = simulate_power(plan_of(0, 0), [5], replicates=20)
-    with pytest.raises(ResultsError, match="no two items should differ"):
-        observers_needed(alike)
-    assert observers_needed(alike, [PAIRS[0]]).observers is None
-
-
-# The page and the table of numbers: whole, escaped, and what was simulated.
-
-NASTY = '<script>alert("1")</script>'
-
-
-@pytest.fixture(scope="module")
-def answer(plan_of: MakePlan) -> Needed:
-    """Three items, one with a name that would be dangerous."""
-    plan = replace(plan_of(1, 0, -1), items=(NASTY, "$x_1$ & co", "=1+1"))
-    return observers_needed(simulate_power(plan, [5, 10, 20], replicates=60))
-
-
-def test_the_page_stands_alone_and_holds_every_number(answer: Needed) -> None:
-    page = page_html(page_of(answer, NASTY, ["A note with <b>."]))
-    seen = Page(page)
-    links = [
-        value or "" for _, own in seen.tags for name, value in own.items() if name in ("src", "href", "xlink:href")
-    ]
-    assert policy_of(page)
-    assert [tag for tag, _ in seen.tags].count("svg") == 3
-    assert not {"script", "b"} & seen.names
-    assert all(link.startswith(("#", "data:")) for link in links)
-    assert not re.search(r"nan|inf\b|None", re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL))
-    assert str(escape(answer.sentence)) in page
-    for chance, error in zip(answer.power.alike, answer.power.alike_error, strict=True):
-        assert f"{100 * chance:.1f} ± {100 * error:.1f} %" in page
-    for facts in ("60, seed 2016", "level 0.05, Holm", "95 %, estimate ± quantile × standard error"):
-        assert facts in page
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_page_is_written_whole(answer: Needed, tmp_path: Path) -> None:
-    page = tmp_path / "new" / "power.html"
-    write_page(answer, page, "small")
-    assert page.read_text(encoding="utf-8") == page_html(page_of(answer, "small"))
-    assert list(page.parent.iterdir()) == [page]
-
-
-def test_the_table_holds_every_number_in_full(answer: Needed, tmp_path: Path) -> None:
-    file = tmp_path / "power.csv"
-    write_csv(answer, file)
-    with file.open(encoding="utf-8", newline="") as opened:
-        rows = list(csv.DictReader(opened))
-    assert tuple(rows[0]) == COLUMNS
-    assert len(rows) == 3 * (2 + 3 + 3)
-    (row,) = [row for row in rows if (row["observers"], row["item"], row["other"]) == ("10", NASTY, "=1+1")]
-    assert float(row["value"]) == answer.power.separates[1, 1]
-    assert float(row["standard_error"]) == answer.power.separates_error[1, 1]
-
-
-def test_observers_who_differ_call_for_errors_by_observer(plan_of: MakePlan) -> None:
-    assert assumed_notes(plan_of(0, 1, covariance="model")) == []
-    assert "--covariance auto" in assumed_notes(plan_of(0, 1, observer_sd=0.5, covariance="model"))[0]
-    assert assumed_notes(plan_of(0, 1, observer_sd=0.5)) == []

@@ -1,0 +1,11 @@
+from .plan import Plan as Plan
+from .plan import ScoresOf as ScoresOf
+from .simulation import StudyTally as StudyTally
+from .simulation import blocks_of as blocks_of
+from .simulation import simulate as simulate
+from .simulation import summed as summed
+from .smallest import MOST_NATS as MOST_NATS
+from .smallest import TYPICAL_SD as TYPICAL_SD
+from .smallest import SmallestDifference as SmallestDifference
+from .smallest import smallest_difference as smallest_difference
+from .smallest import smallest_in as smallest_in
