@@ -9,8 +9,6 @@ from .observers.filters import Filter as Filter
 from .observers.filters import keep as keep
 from .observers.table import observers_in_comparisons as observers_in_comparisons
 from .observers.table import observers_in_sessions as observers_in_sessions
-from .power.results import observers_needed as observers_needed
-from .power.simulated import simulate_power as simulate_power
 from .ratings.ratings import summarise_ratings as summarise_ratings
 from .records.results import read_results as read_results
 from .records.session_record import read_session as read_session

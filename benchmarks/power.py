@@ -31,11 +31,11 @@ from simulated_studies import Design
 from analysis.choices import TARGET
 from analysis.classes.classes import classify
 from analysis.comparisons.comparisons import Answer, from_answers
-from analysis.power import differing_pairs, simulate_power, spread_theta
 from analysis.report.estimate import estimate_scores
 from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
 from analysis.simulation import TYPICAL_SD, Plan, SmallestDifference, smallest_difference
+from extensions.power import differing_pairs, simulate_power, spread_theta
 
 Row = dict[str, object]
 

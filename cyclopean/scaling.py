@@ -1,4 +1,4 @@
-"""What the answers come to: scores, effects of factors, a line for each observer, and how many observers to ask."""
+"""What the answers come to: scores, effects of factors, and a line for each observer."""
 
 from __future__ import annotations
 
@@ -16,14 +16,13 @@ from cyclopean.result import Result
 from documents import Finding, InputError
 from documents.options import made, taking
 from documents.pages import Block, Section
-from runner.reports import PowerOptions, ScoresOptions
+from runner.reports import ScoresOptions
 
 if TYPE_CHECKING:
     from analysis.comparisons import Coded, CodedTable, Comparisons
     from analysis.factors import FactorEffects
     from analysis.observers import ObserverTable
     from analysis.records import SessionLog
-    from runner.reports import PowerStudy
 
 Answers = pd.DataFrame | str | Path
 
@@ -188,52 +187,6 @@ def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool =
         table = observers_in_sessions(_logs(answers, with_simulated=with_simulated))
     rows = [line.to_json() for line in table.lines]
     return Result(table, rows, f"{len(rows)} observers", find_sections=lambda: [observers_section(table, None)])
-
-
-@taking(PowerOptions, "observers")
-def power(experiment: str | Path, numbers_of_observers: Sequence[int], **options: Any) -> Result[PowerStudy]:
-    """Simulate studies, to plan how many observers to ask, as `cyclopean power` does and with the same options.
-
-    Parameters
-    ----------
-    experiment
-        An experiment file with a block of all pairs; its stimuli need not be built.
-    numbers_of_observers
-        The numbers to try.
-    **options
-        Those of `runner.reports.PowerOptions` by their names, such as ``replicates=100``, ``observer_sd=0.5``, or
-        ``scores=``: a file of simulated observers, results or a table of a pilot study, or what
-        `cyclopean scores --json` printed.
-
-    Returns
-    -------
-    Result
-        A row for each number of observers; ``title`` says how many are needed.
-
-    Raises
-    ------
-    InputError
-        If a file is wrong, the experiment compares no pairs of a fixed number, or an option is out of range.
-
-    Examples
-    --------
-    >>> study = power("experiments/dynamic_range.yaml", [20], replicates=50)
-    >>> study.to_frame()["observers"].tolist()
-    [20]
-    """
-    from analysis.power import power_blocks
-    from runner.reports import PowerOptions, study_power
-
-    asked = made(PowerOptions, {**options, "observers": tuple(numbers_of_observers)})
-    study = study_power(Path(experiment), asked)
-    answer = study.to_json()
-    sizes = [
-        ({"group": group["name"]} if "name" in group else {})
-        | {key: value for key, value in size.items() if key not in ("items", "pairs")}
-        for group in answer.get("groups", [answer])
-        for size in group["sizes"]
-    ]
-    return Result(study, sizes, study.needed.sentence, find_sections=lambda: _section("", power_blocks(study.needed)))
 
 
 def comparisons(

@@ -135,7 +135,8 @@ def _plain_value(default: ast.expr) -> Any:
 
 def type_of(kind: type[Any], field: Field[Any]) -> tuple[Typed, Any, bool]:
     """Return what a field's annotation says of how it is typed, its type without None, and whether None is one."""
-    of: Any = _evaluated(field, dict(vars(sys.modules[kind.__module__])))
+    # An inherited field is written with the names of the module of its own class.
+    of: Any = _evaluated(field, dict(ChainMap(*(vars(sys.modules[each.__module__]) for each in kind.__mro__))))
     typed = Typed()
     if get_origin(of) is Annotated:
         of, *marks = get_args(of)

@@ -8,9 +8,7 @@ from .presenter.surfaces.opening import open_surface as open_surface
 from .protocol.experiment import Experiment as Experiment
 from .protocol.experiment import read_experiment as read_experiment
 from .protocol.schemas import json_schema as json_schema
-from .reports.options import PowerOptions as PowerOptions
 from .reports.options import ReportOptions as ReportOptions
-from .reports.power import study_power as study_power
 from .reports.results import report_results as report_results
 from .reports.screens import preview as preview
 from .scene import Picture as Picture

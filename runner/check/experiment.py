@@ -146,7 +146,7 @@ def check_power(report: CheckReport, design: Experiment, source: YamlSource, opt
     Of pairs within groups it is that of the group with most stimuli. Nothing is said where no block compares all pairs,
     or pairs are chosen by the answers.
     """
-    from runner.reports.power_design import pair_design
+    from runner.reports.designs import pair_design
 
     try:
         pairs = pair_design(design)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from documents.pages import Block
     from runner.check import CheckOptions
     from runner.presenter.show_options import ShowOptions
-    from runner.reports import PowerOptions, ScoresOptions
+    from runner.reports import ScoresOptions
     from runner.session.options import SessionOptions
     from runner.studies import StudyOptions
 
@@ -161,27 +161,6 @@ def scores_command(table: str, options: ScoresOptions, as_json: bool) -> None:
     if problems := scored.problems:
         say("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]))
         sys.exit(1)
-
-
-@click.command(name="power")
-@click.argument("experiment", type=PATH)
-@takes("runner.reports.PowerOptions")
-@gives()
-def power_command(experiment: Path, options: PowerOptions, as_json: bool, progress: Step) -> Any:
-    """Find how many observers an experiment needs, by simulated studies.
-
-    EXPERIMENT is an experiment file with a block of all pairs; its stimuli need not be built. Whole studies are
-    simulated under assumed scores, and analysed as `report` does.
-    """
-    from runner.reports.power import study_power
-
-    if as_json and str(options.table) == "-":
-        raise click.UsageError("Both --json and --csv - would go to the terminal.")
-
-    def done(number: int, of: int) -> None:
-        progress("Simulating studies", number, of)
-
-    return study_power(experiment, options, done, lambda line: say(f"note: {line}"))
 
 
 @click.command(name="show")

@@ -1,5 +1,7 @@
+from .behaviour import BehaviourSpec as BehaviourSpec
 from .observer_file import KINDS as KINDS
 from .observer_file import read_observer as read_observer
+from .observer_file import read_scored_observer as read_scored_observer
 from .presses import Person as Person
 from .simulated import BradleyTerryObserver as BradleyTerryObserver
 from .simulated import key_for as key_for

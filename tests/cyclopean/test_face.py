@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import json
 import subprocess
@@ -310,6 +311,13 @@ def test_stimuli_and_screens(study: Study) -> None:
     files = cyclopean.preview(study.experiment, study.folder / "screens")
     assert files
     assert all(file.is_file() for file in files)
+
+
+def test_without_its_extension_power_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "extensions.power", None)
+    monkeypatch.delitem(sys.modules, "cyclopean.planning", raising=False)
+    with pytest.raises(ImportError, match="install cyclopean again"):
+        importlib.import_module("cyclopean.planning")
 
 
 def test_power_has_a_row_for_each_number_of_observers(study: Study) -> None:

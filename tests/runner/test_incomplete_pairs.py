@@ -21,7 +21,7 @@ from analysis.simulation.studies import analyse, draw
 from runner.blocks import Stimuli
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.incomplete_pairs import PLACES, designs, fewest_pairs, observers_pairs, place_of
-from runner.reports.power_design import pair_design
+from runner.reports import pair_design
 from tests.runner.every_kind import experiment, pairs_of
 
 OBSERVERS = 10, 15, 30

@@ -20,12 +20,12 @@ from analysis.comparisons import read_any
 from analysis.comparisons.layouts import LAYOUTS
 from analysis.errors import ResultsError
 from analysis.kinds import Trial
-from analysis.power import differing_pairs, simulate_power, spread_theta
 from analysis.records import FILE_NAME, new_header
 from analysis.simulation import Plan
 from analysis.simulation.studies import run
 from benchmarks.power import by_report
 from extensions.bids import export_dataset
+from extensions.power import differing_pairs, simulate_power, spread_theta
 from tests.analysis.simulation.test_simulation import report_on
 from tests.answers import new_answer
 from tests.kept import known
@@ -192,7 +192,7 @@ STUDIES = 300
 
 MANY = """
 import numpy as np
-from analysis.power import differing_pairs, simulate_power, spread_theta
+from extensions.power import differing_pairs, simulate_power, spread_theta
 from analysis.simulation import Plan
 from tests.stress.memory import forget_peak, peak_kb
 theta = spread_theta(100, 3)

@@ -604,7 +604,7 @@ def test_the_command_names_what_was_left_out(cyclopean: Call) -> None:
 
 
 def test_power_names_what_was_left_out(tmp_path: Path) -> None:
-    from runner.reports.power_assumed import earlier_answers
+    from extensions.power.assumed import earlier_answers
 
     file = tmp_path / "t.csv"
     file.write_text(PLAIN + WHOLE + "NA,b,01,day,\n", "utf-8")

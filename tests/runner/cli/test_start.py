@@ -80,7 +80,7 @@ def test_no_heavy_library_is_imported_that_is_not_needed(study: Study, tmp_path:
             (("schema", "rig"), reader),
             (("display", "new", *new), reader),
             (("schema", "experiment"), reader | STUDY),
-            ("import runner.reports.power, analysis.power; analysis.power.write_page", reader | STUDY),
+            ("import extensions.power.study, extensions.power; extensions.power.write_page", reader | STUDY),
             (("check", str(study.experiment)), reader | STUDY | {"PIL", "rich", "scipy"}),
             (("power", str(study.experiment), *few), reader | STUDY | {"PIL", "rich", "scipy"}),
         ],

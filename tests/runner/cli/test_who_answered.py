@@ -126,7 +126,7 @@ def test_a_shared_code_is_told_only_where_there_is_one(folder: Folder, tmp_path:
 
 
 def test_earlier_answers_for_power_are_those_of_people(folder: Folder, tmp_path: Path) -> None:
-    from runner.reports.power_assumed import earlier_answers
+    from extensions.power.assumed import earlier_answers
 
     results = folder(PEOPLE, SIMULATED)
     answers, notes = earlier_answers(results)

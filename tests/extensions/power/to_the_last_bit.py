@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.power.results import Power
+from extensions.power.results import Power
 
 
 def numbers(found: Power) -> list[bytes]:

@@ -10,50 +10,18 @@ import pytest
 from click.testing import CliRunner, Result
 
 from documents import InputError
+from extensions.power import PowerOptions, study_power
 from runner.cli.main import group
-from runner.protocol import read_experiment
-from runner.reports import PowerOptions, study_power
-from runner.reports.power_design import pair_design
+from tests.runner.reports.test_designs import SCENES
 
 Study = Any  # tests/conftest.py
-SCENES = {"lobby": ("l1", "l2", "l3"), "garden": ("g1", "g2", "g3", "g4")}
 WORDS = ("--observers", "10,30", "--replicates", "120", "--observer-sd", "0.5")
-
-
-@pytest.fixture
-def scenes(study: Study) -> Study:
-    """Seven pictures of two scenes, compared within them, each pair twice; and scores."""
-    rows = [f"  - {{name: {n}, file: one.exr, factors: {{scene: {s}}}}}" for s, names in SCENES.items() for n in names]
-    recipe = study.folder / "recipe.yaml"
-    recipe.write_text("schema_version: 1\nkind: pictures\nstimuli:\n" + "\n".join(rows) + "\n")
-    head, _ = study.experiment.read_text().split("blocks:\n")
-    study.experiment.write_text(head + "blocks:\n  - {kind: all_pairs, within: scene, repeats: 2}\n")
-    scores = {"l1": 9, "l2": 3, "l3": 1, "g1": 4, "g2": 3, "g3": 2.9, "g4": 1}
-    stimuli = "".join(f"  {name}: {{score: {score}}}\n" for name, score in scores.items())
-    study.observers.write_text(f"schema_version: 1\nkind: bradley_terry\nstimuli:\n{stimuli}")
-    return study
 
 
 def ask(study: Study, *words: str) -> Result:
     """Call the command with the scores."""
     names = ["power", str(study.experiment), "--scores", str(study.observers), *WORDS, *words]
     return CliRunner(catch_exceptions=True).invoke(group, names)
-
-
-def test_pairs_within_scenes_are_sets_named_by_their_scene(scenes: Study) -> None:
-    design = pair_design(read_experiment(scenes.experiment))
-    assert design.groups == (("lobby", (0, 1, 2)), ("garden", (3, 4, 5, 6)))
-    assert design.times[design.pairs_within((3, 4, 5, 6))].tolist() == [2] * 6
-    assert design.times.sum() == 2 * (3 + 6)
-    assert (design.times[design.pairs_within((2, 3))] == 0).all()
-
-
-def test_blocks_of_stimuli_of_their_own_are_sets_too(study: Study) -> None:
-    head, _ = study.experiment.read_text().split("blocks:\n")
-    blocks = "".join(f"  - {{kind: all_pairs, stimuli: {names}}}\n" for names in ("[one, four]", "[two, three]"))
-    study.experiment.write_text(head + "blocks:\n" + blocks)
-    design = pair_design(read_experiment(study.experiment))
-    assert design.groups == (("group 1", (0, 3)), ("group 2", (1, 2)))
 
 
 def test_each_scene_is_the_power_of_its_own_pairs(scenes: Study, tmp_path: Path) -> None:

@@ -9,27 +9,20 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from analysis.errors import ResultsError
-from analysis.power import (
-    GroupsNeeded,
-    Needed,
-    assumed_notes,
-    check_target,
-    chosen_pairs,
-    observers_needed,
-    power_blocks,
-    simulate_power,
-    write_csv,
-    write_page,
-)
 from analysis.simulation import Plan
 from documents import Finding, WorkError
 from documents.files import writing
 from documents.pages import Block
 from documents.text import JsonResult
-from runner.protocol.experiment import read_experiment
-from runner.reports.options import PowerOptions
-from runner.reports.power_assumed import ObserverSpread, assume, observer_spread_of
-from runner.reports.power_design import PairDesign, pair_design
+from extensions.power.assumed import ObserverSpread, assume, observer_spread_of
+from extensions.power.groups import GroupsNeeded
+from extensions.power.options import PowerOptions
+from extensions.power.page import assumed_notes, write_page
+from extensions.power.results import Needed, check_target, chosen_pairs, observers_needed
+from extensions.power.simulated import simulate_power
+from extensions.power.tables import power_blocks, write_csv
+from runner.protocol import read_experiment
+from runner.reports import PairDesign, pair_design
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,11 +12,11 @@ import pytest
 from markupsafe import escape
 
 from analysis.errors import ResultsError
-from analysis.power import Needed, assumed_notes, observers_needed, simulate_power, write_csv, write_page
-from analysis.power.page import page_of
-from analysis.power.results import Power
-from analysis.power.tables import COLUMNS
 from documents.pages import page_html
+from extensions.power import Needed, assumed_notes, observers_needed, simulate_power, write_csv, write_page
+from extensions.power.page import page_of
+from extensions.power.results import Power
+from extensions.power.tables import COLUMNS
 from tests.kept import known
 from tests.pages import Page, policy_of
 from tests.plans import plan_of

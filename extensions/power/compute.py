@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeVar
 
-from analysis.power.processes import ComputeError, in_processes
 from documents.platform import cores
+from extensions.power.processes import ComputeError, in_processes
 
 if TYPE_CHECKING:
     from distributed import Client

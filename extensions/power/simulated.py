@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from analysis.choices import REPLICATES, SEED
-from analysis.power.compute import Done, compute
-from analysis.power.results import Power
 from analysis.simulation import Plan, StudyTally, blocks_of, simulate, summed
 from documents import one_blas_thread
 from documents.arrays import Floats
+from extensions.power.compute import Done, compute
+from extensions.power.results import Power
 
 
 @one_blas_thread()
@@ -29,7 +29,7 @@ def simulate_power(
     """Simulate studies with each number of ``observers``.
 
     The results depend on the plan and the seed alone: not on ``scheduler`` or ``workers`` (see
-    `analysis.power.compute.compute`), nor on which other numbers of observers are simulated.
+    `extensions.power.compute.compute`), nor on which other numbers of observers are simulated.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def simulate_power(
     seed
         Random seed.
     scheduler, workers, done, note
-        As for `analysis.power.compute.compute`.
+        As for `extensions.power.compute.compute`.
 
     Returns
     -------
@@ -53,11 +53,11 @@ def simulate_power(
     ResultsError
         If the plan or a number is out of range, or no study of some size has a fit.
     ComputeError
-        As `analysis.power.compute.compute`.
+        As `extensions.power.compute.compute`.
 
     Examples
     --------
-    >>> from analysis.power import differing_pairs
+    >>> from extensions.power import differing_pairs
     >>> theta = np.array([1.0, 0.0, -1.0])
     >>> plan = Plan(("a", "b", "c"), theta, times=np.ones(3, dtype=int), differs=differing_pairs(theta))
     >>> power = simulate_power(plan, [10, 40], replicates=200, workers=1)

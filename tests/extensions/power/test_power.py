@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.power import compute as compute_module
-from analysis.power import differing_pairs, simulate_power
 from analysis.simulation import Plan
-from tests.analysis.power.to_the_last_bit import numbers
+from extensions.power import compute as compute_module
+from extensions.power import differing_pairs, simulate_power
+from tests.extensions.power.to_the_last_bit import numbers
 from tests.plans import plan_of
 
 STRENGTHS = (-1.2, -0.4, 0.1, 0.3, 1.2)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from analysis.power.results import Needed, answer_words, doubt_words
 from documents.text import JsonResult
+from extensions.power.results import Needed, answer_words, doubt_words
 
 
 @dataclass(frozen=True, slots=True, eq=False)

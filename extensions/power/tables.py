@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
-from analysis.power.groups import GroupsNeeded, parts_of
-from analysis.power.results import Needed
 from documents.files import whole_file
 from documents.pages import Block, Column, Heading, Paragraph, ShownAs, Table
 from documents.tables import csv_lines
+from extensions.power.groups import GroupsNeeded, parts_of
+from extensions.power.results import Needed
 
 COLUMNS = ("observers", "quantity", "item", "other", "value", "standard_error")
 
@@ -86,7 +86,7 @@ def write_csv(needed: Needed | GroupsNeeded, file: TextIO | Path) -> None:
     --------
     >>> import io
     >>> import numpy as np
-    >>> from analysis.power import observers_needed, simulate_power
+    >>> from extensions.power import observers_needed, simulate_power
     >>> from analysis.simulation import Plan
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
@@ -117,7 +117,7 @@ def power_blocks(needed: Needed | GroupsNeeded) -> tuple[Block, ...]:
     Examples
     --------
     >>> import numpy as np
-    >>> from analysis.power import observers_needed, simulate_power
+    >>> from extensions.power import observers_needed, simulate_power
     >>> from analysis.simulation import Plan
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))

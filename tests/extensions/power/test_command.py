@@ -115,6 +115,7 @@ def test_answers_that_set_no_limit_are_compared_with_a_large_spread(tmp_path: Pa
         (["--observers", "0"], "'0' is not a number of observers"),
         (["--observers", "many"], "'many' is neither a number nor a range such as 10:60:5"),
         (["--observers", "1:100000"], "more than 1000 numbers"),
+        (["--adjust", "some"], "'some' is not one of"),
         (["--spread", "2", "--scores", TABLE_4_4], "do not go together"),
         (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "do not go together"),
         (["--observer-sd", "0", "--observers-from", "pilot.csv"], "do not go together"),

@@ -1,4 +1,4 @@
-"""How often each observer meets each pair, from experiment files; and which scores are assumed."""
+"""Which scores are assumed of an experiment's stimuli."""
 
 from __future__ import annotations
 
@@ -10,51 +10,10 @@ import numpy as np
 import pytest
 
 from documents import InputError
-from runner.protocol import read_experiment
-from runner.reports.power_assumed import assume
-from runner.reports.power_design import PairDesign, pair_design
+from extensions.power.assumed import assume
+from tests.runner.reports.test_designs import design_of
 
 Study = Any  # tests/conftest.py
-
-
-def design_of(study: Study, *blocks: str) -> PairDesign:
-    """Return the design of an experiment with these blocks."""
-    head, _ = study.experiment.read_text().split("blocks:\n")
-    study.experiment.write_text(head + "blocks:\n" + "".join(f"  - {block}\n" for block in blocks))
-    return pair_design(read_experiment(study.experiment))
-
-
-def test_blocks_and_repeats_add_up(study: Study) -> None:
-    found = design_of(
-        study,
-        "{kind: instructions, text: Look.}",
-        "{kind: all_pairs, stimuli: [three, one], repeats: 2}",
-        "{kind: all_pairs, stimuli: [one, two, three], ties: no_difference}",
-        "{kind: practice, trials: 2, block: {kind: all_pairs}}",
-    )
-    assert found.items == ("one", "two", "three")
-    assert found.times.tolist() == [1, 3, 1]  # one-two, one-three, two-three
-    assert found.ties
-
-
-def test_observers_meet_every_pair_as_often_as_the_session_asks(study: Study) -> None:
-    found = design_of(study, "{kind: all_pairs, repeats: 3}")
-    (block,) = read_experiment(study.experiment).blocks("01")
-    assert found.times.sum() == block.trials
-    assert found.items == ("one", "two", "three", "four")
-    assert not found.ties
-
-
-@pytest.mark.parametrize(
-    ("block", "finding"),
-    [
-        ("{kind: instructions, text: Look.}", "no block compares all pairs"),
-        ("{kind: active_pairs, trials: 12}", "'active_pairs' chooses pairs by the answers"),
-    ],
-)
-def test_experiments_without_a_fixed_design_are_refused(study: Study, block: str, finding: str) -> None:
-    with pytest.raises(InputError, match=finding):
-        design_of(study, block)
 
 
 def test_classes_of_a_file_count_only_where_every_stimulus_has_one(study: Study) -> None:

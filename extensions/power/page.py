@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.classes.multiplicity import ADJUSTMENT_NAMES
-from analysis.power.groups import GroupsNeeded, parts_of
-from analysis.power.results import Needed
-from analysis.power.tables import size_table
+from analysis.classes import ADJUSTMENT_NAMES
 from analysis.simulation import Plan
 from documents.arrays import Floats
 from documents.figures import DEEP, INK, Drawing, drawing, drawn, short
 from documents.pages import Beside, Column, Facts, Figure, Page, Paragraph, Section, Table
 from documents.pages import write_page as write_html
+from extensions.power.groups import GroupsNeeded, parts_of
+from extensions.power.results import Needed
+from extensions.power.tables import size_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -154,7 +154,7 @@ def write_page(needed: Needed | GroupsNeeded, output: Path, title: str, notes: S
     Examples
     --------
     >>> import tempfile
-    >>> from analysis.power import observers_needed, simulate_power
+    >>> from extensions.power import observers_needed, simulate_power
     >>> from analysis.simulation import Plan
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from analysis.power import simulate_power
-from analysis.power.compute import compute
-from tests.analysis.power.to_the_last_bit import numbers
+from extensions.power import simulate_power
+from extensions.power.compute import compute
+from tests.extensions.power.to_the_last_bit import numbers
 from tests.plans import plan_of
 
 pytestmark = pytest.mark.nightly

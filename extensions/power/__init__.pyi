@@ -2,13 +2,15 @@ from .assumed import differing_pairs as differing_pairs
 from .assumed import score_theta as score_theta
 from .assumed import spread_theta as spread_theta
 from .groups import GroupsNeeded as GroupsNeeded
+from .options import PowerOptions as PowerOptions
 from .page import assumed_notes as assumed_notes
 from .page import write_page as write_page
 from .processes import ComputeError as ComputeError
 from .results import Needed as Needed
-from .results import check_target as check_target
-from .results import chosen_pairs as chosen_pairs
+from .results import Power as Power
 from .results import observers_needed as observers_needed
 from .simulated import simulate_power as simulate_power
+from .study import PowerStudy as PowerStudy
+from .study import study_power as study_power
 from .tables import power_blocks as power_blocks
 from .tables import write_csv as write_csv

@@ -18,8 +18,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from analysis.power import ComputeError
-from analysis.power.compute import compute
+from extensions.power import ComputeError
+from extensions.power.compute import compute
 from tests.choice import nightly
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and process groups of POSIX")
@@ -27,7 +27,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and process 
 
 PROGRAM = """
 import os, sys, time
-from analysis.power.compute import compute
+from extensions.power.compute import compute
 if __name__ == "__main__":
     def tell(done, of):
         print(done, flush=True)

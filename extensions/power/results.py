@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.choices import TARGET
 from analysis.errors import ResultsError
-from analysis.scaling.result import CovarianceKind
+from analysis.scaling import CovarianceKind
 from analysis.simulation import Plan
 from documents import Finding
 from documents.arrays import Floats
@@ -230,7 +230,7 @@ def observers_needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target
     Examples
     --------
     >>> import numpy as np
-    >>> from analysis.power import simulate_power
+    >>> from extensions.power import simulate_power
     >>> from analysis.simulation import Plan
     >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
     >>> power = simulate_power(plan, [2, 100], replicates=50, workers=1)
