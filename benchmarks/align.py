@@ -18,6 +18,7 @@ from scipy.special import ndtr
 from skimage.registration import phase_cross_correlation
 
 from documents.arrays import Floats32
+from extensions.sparkle import Studio
 from stimuli.align.interpolate import cut
 from stimuli.align.phase import hann
 from stimuli.align.registration import register
@@ -25,7 +26,6 @@ from stimuli.align.straightening import straighten
 from stimuli.comparison.registering import align
 from stimuli.pictures.rows import RowFile
 from stimuli.recipes.recipe import read_recipe
-from stimuli.sparkle.studio import Studio
 
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/manitoba_gray.yaml"
 SIDE_PX, PITCH_MM = sized(512, 256), 0.277

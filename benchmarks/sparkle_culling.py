@@ -16,12 +16,12 @@ from curves import program, seconds, sized, times_faster
 from numpy.typing import NDArray
 from promises import Promise, worst
 
+from extensions.sparkle import SparklePlateRecipe
+from extensions.sparkle.cull import LEAST_LOBE_SHARE as USUAL
+from extensions.sparkle.flakes import Flakes, scatter_flakes
+from extensions.sparkle.scene import Camera, Lamp, Plate
+from extensions.sparkle.studio import SparkleMap, sparkle_map
 from stimuli.recipes.recipe import read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.cull import LEAST_LOBE_SHARE as USUAL
-from stimuli.sparkle.flakes import Flakes, scatter_flakes
-from stimuli.sparkle.scene import Camera, Lamp, Plate
-from stimuli.sparkle.studio import SparkleMap, sparkle_map
 
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/manitoba_gray.yaml"
 FLAKES_PER_MM2 = sized((10, 100), (1,))

@@ -15,13 +15,12 @@ from devices.colour import delta_e_2000
 from devices.compensation import eye_clip_costs
 from devices.display import read_display
 from documents import at_most_threads
+from extensions.sparkle import SparklePlateRecipe, scatter_flakes
+from extensions.sparkle.studio import sparkle_map
 from stimuli.develop.demosaic import RGB, Mosaic, by_bands
 from stimuli.measures import SeenPicture, difference_map
 from stimuli.pictures.resampling import axis_weights, resample
 from stimuli.recipes import read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.flakes import scatter_flakes
-from stimuli.sparkle.studio import sparkle_map
 
 ROOT = Path(__file__).parents[1]
 SIDE_PX = sized(1200, 120)

@@ -14,6 +14,7 @@ from .picture_header import is_ordinary as is_ordinary
 from .read import read_picture as read_picture
 from .region import Part as Part
 from .region import Region as Region
+from .resampling import resample_maps as resample_maps
 from .resampling import resample_picture as resample_picture
 from .resolution import display_resolution as display_resolution
 from .rows import RowFile as RowFile

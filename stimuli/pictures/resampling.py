@@ -8,6 +8,7 @@ a sparkle: there is no such light.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -153,6 +154,43 @@ def resample(image: NDArray[np.floating], rows: csr_array, columns: csr_array) -
     return small
 
 
+def resample_maps(
+    maps: Sequence[NDArray[np.floating]], size_mm: tuple[float, float], pixel_pitch_mm: float, filter: Filter = "area"
+) -> Floats:
+    """Return maps of light on the pixels of a display, at true size, with the shares of light of `axis_weights`.
+
+    Parameters
+    ----------
+    maps
+        One or more of one shape (rows, columns), such as the channels of a picture.
+    size_mm
+        Their true width and height.
+    pixel_pitch_mm
+        The pixel pitch of the display.
+    filter
+        As `resample_picture` has it.
+
+    Returns
+    -------
+    numpy.ndarray
+        Float64, (rows, columns, maps), of ``size_mm / pixel_pitch_mm`` pixels, rounded.
+
+    Raises
+    ------
+    StimulusError
+        As `axis_weights` does.
+
+    Examples
+    --------
+    >>> resample_maps([np.full((200, 300), 5.0)], size_mm=(30.0, 20.0), pixel_pitch_mm=0.25).shape
+    (80, 120, 1)
+    """
+    rows_px, columns_px = maps[0].shape
+    columns = axis_weights(columns_px, size_mm[0], pixel_pitch_mm, filter)
+    rows = axis_weights(rows_px, size_mm[1], pixel_pitch_mm, filter)
+    return np.stack([resample(each, rows, columns) for each in maps], axis=-1)
+
+
 def resample_picture(
     image: StereoImage, size_mm: tuple[float, float], pixel_pitch_mm: float, filter: Filter = "area"
 ) -> StereoImage:
@@ -195,11 +233,10 @@ def resample_picture(
             f"{MAX_AREA_PX}",
             "make the picture smaller",
         )
-    columns = axis_weights(image.width_px, size_mm[0], pixel_pitch_mm, filter)
-    rows = axis_weights(image.height_px, size_mm[1], pixel_pitch_mm, filter)
 
     def shown(xyz_cd_m2: XYZImage) -> XYZImage:
-        return np.stack([resample(xyz_cd_m2[..., i], rows, columns) for i in range(3)], axis=-1).astype(np.float32)
+        channels = [xyz_cd_m2[..., i] for i in range(3)]
+        return resample_maps(channels, size_mm, pixel_pitch_mm, filter).astype(np.float32)
 
     left = shown(image.left)
     return StereoImage(left, left if image.is_flat else shown(image.right))

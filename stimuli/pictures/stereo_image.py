@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from devices.eyes import Eye as Eye
 from stimuli.errors import StimulusError
 
-View = Literal["stereo", "flat"]
 XYZImage = NDArray[np.float32]
 
 

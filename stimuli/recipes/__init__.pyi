@@ -1,6 +1,7 @@
 from .banded_picture import BandedPicture as BandedPicture
 from .build_context import BuildContext as BuildContext
 from .build_context import DisplaySetup as DisplaySetup
+from .build_context import Factors as Factors
 from .build_context import MadePicture as MadePicture
 from .build_context import Progress as Progress
 from .recipe import RECIPES as RECIPES
@@ -10,3 +11,14 @@ from .recipe import read_recipe as read_recipe
 from .recipe import unreadable as unreadable
 from .recipe_kind import RecipeFault as RecipeFault
 from .recipe_kind import RecipeKind as RecipeKind
+from .recipe_kind import stimulus_name as stimulus_name
+from .recipe_kind import twin_names as twin_names
+from .recipe_kind import twin_views as twin_views
+from .values import MAX_STIMULI as MAX_STIMULI
+from .values import Chromaticity as Chromaticity
+from .values import Name as Name
+from .values import Seconds as Seconds
+from .values import SeriesSpec as SeriesSpec
+from .values import SeriesSpecs as SeriesSpecs
+from .values import View as View
+from .values import Views as Views

@@ -20,11 +20,11 @@ from documents import Finding, InputError
 from documents.yaml import Path_
 from stimuli.errors import StimulusError
 from stimuli.pictures.colour_spaces import NAMED_SPACES, named_encoding
-from stimuli.pictures.stereo_image import Eye, View
+from stimuli.pictures.stereo_image import Eye
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
 from stimuli.recipes.recipe_kind import RecipeFault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.steps_spec import StepsSpec
-from stimuli.recipes.values import MAX_STIMULI, Name, SeriesSpec, SeriesSpecs, Step
+from stimuli.recipes.values import MAX_STIMULI, Name, SeriesSpec, SeriesSpecs, Step, View
 
 if TYPE_CHECKING:
     from stimuli.recipes.picture_steps import Prepared

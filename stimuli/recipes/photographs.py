@@ -14,11 +14,10 @@ from documents.files import tidy
 from documents.tables import ENDINGS
 from documents.yaml import Path_
 from stimuli.errors import StimulusError
-from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import RecipeFault
-from stimuli.recipes.values import MAX_STIMULI, DevelopSpec, InsideFile, SpectralSpec, relative_path
+from stimuli.recipes.values import MAX_STIMULI, DevelopSpec, InsideFile, SpectralSpec, View, relative_path
 
 if TYPE_CHECKING:
     from devices.camera import CameraModel

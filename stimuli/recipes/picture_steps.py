@@ -35,10 +35,10 @@ from stimuli.luminance.scale import (
 from stimuli.pictures.resampling import resample_picture
 from stimuli.pictures.resolution import display_resolution
 from stimuli.pictures.rows import bands
-from stimuli.pictures.stereo_image import Eye, StereoImage, View, XYZImage
+from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 from stimuli.recipes.build_context import DisplaySetup
 from stimuli.recipes.steps_spec import AdaptSpec, CropSpec, LuminanceSpec, ResampleSpec, StepsSpec
-from stimuli.recipes.values import SeriesSpec, Step
+from stimuli.recipes.values import SeriesSpec, Step, View
 from stimuli.recipes.view_sources import MultiViewFile, StoredPicture, ViewSource
 
 if TYPE_CHECKING:

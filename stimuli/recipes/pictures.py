@@ -15,10 +15,9 @@ from stimuli.pictures.exr_read import ColourSpace, Decoding, Negative
 from stimuli.pictures.own_files import decoders
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
-from stimuli.pictures.stereo_image import View
 from stimuli.recipes.files_recipe import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import RecipeFault
-from stimuli.recipes.values import MAX_STIMULI, InsideFile
+from stimuli.recipes.values import MAX_STIMULI, InsideFile, View
 
 if TYPE_CHECKING:
     from stimuli.recipes.view_sources import ViewSource

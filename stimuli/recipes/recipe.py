@@ -1,10 +1,9 @@
 """Recipes: `configs/stimuli/*.yaml`: which pictures an experiment shows, and how they are made.
 
-Four kinds are ours: `sparkle_plate` photographs a synthetic plate, `sparkle_series` several plates in series of
-exposures, `photographs` develops a camera's files, and `pictures` takes OpenEXR files and ordinary pictures; those of
-other packages are in their entry points (`docs/extend.md`). A recipe and the pictures that it names form one folder
-that can be copied as a whole: a picture's path is relative to the recipe, and neither absolute nor upwards (`..`), nor
-a link that leads out of the folder. A camera file may lie anywhere.
+Two kinds are the core's: `photographs` develops a camera's files, and `pictures` takes OpenEXR files and ordinary
+pictures; others, such as our `sparkle_plate` and `sparkle_series`, are in entry points (`docs/extend.md`). A recipe and
+the pictures that it names form one folder that can be copied as a whole: a picture's path is relative to the recipe,
+and neither absolute nor upwards (`..`), nor a link that leads out of the folder. A camera file may lie anywhere.
 """
 
 from __future__ import annotations
@@ -23,8 +22,6 @@ from stimuli.recipes.recipe_kind import RecipeKind
 RECIPES: Registry[type[RecipeKind]] = Registry(
     "cyclopean.recipes",
     {
-        "sparkle_plate": "stimuli.recipes.sparkle_plate:SparklePlateRecipe",
-        "sparkle_series": "stimuli.recipes.sparkle_series:SparkleSeriesRecipe",
         "pictures": "stimuli.recipes.pictures:PicturesRecipe",
         "photographs": "stimuli.recipes.photographs:PhotographsRecipe",
     },

@@ -22,7 +22,7 @@ from stimuli.align.interpolate import Interpolation
 from stimuli.luminance.saturation import LIMIT_PERCENT
 from stimuli.pictures.exr_read import Negative
 from stimuli.pictures.resampling import Filter
-from stimuli.sparkle.scene import Chromaticity
+from stimuli.recipes.values import Chromaticity
 
 Place = tuple[Number, Number]
 Pixels = tuple[Count, Count, Natural, Natural]

@@ -11,14 +11,14 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from documents.files import no_file_name, with_slashes
-from documents.yaml import FileModel, NotNegative, Positive
+from documents.yaml import FileModel, NotNegative, Number, Positive
 from stimuli.develop.options import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.luminance.scale import greyscale, scaled
-from stimuli.pictures.stereo_image import View, XYZImage
-from stimuli.sparkle.scene import Chromaticity
+from stimuli.pictures.stereo_image import XYZImage
 from stimuli.sparkles.find import SparkleThreshold
 
 Step = Mapping[str, Any]
+View = Literal["stereo", "flat"]
 MAX_STIMULI = 1000
 MAX_NAME = 60
 
@@ -41,6 +41,13 @@ def _name(value: object) -> str:
         )
     if why := no_file_name(value):
         raise ValueError(f"pictures become files of this name, and {why}: choose another")
+    return value
+
+
+def _chromaticity(value: tuple[float, float]) -> tuple[float, float]:
+    x, y = value
+    if not (x >= 0 and y > 0 and x + y <= 1):
+        raise ValueError("a chromaticity x, y has x ≥ 0, y > 0 and x + y ≤ 1")
     return value
 
 
@@ -69,6 +76,7 @@ def _inside(value: str) -> str:
 # A file in the recipe's folder or below, so that the folder can be copied as a whole.
 InsideFile = Annotated[str, AfterValidator(_inside)]
 Name = Annotated[str, BeforeValidator(_name)]
+Chromaticity = Annotated[tuple[Number, Number], AfterValidator(_chromaticity)]
 Seconds = Annotated[
     Annotated[float, Field(gt=0, le=1e6)],
     BeforeValidator(_seconds, json_schema_input_type=Annotated[float, Field(gt=0, le=1e6)] | str),

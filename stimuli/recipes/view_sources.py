@@ -19,8 +19,8 @@ from stimuli.pictures.ordinary import read_ordinary
 from stimuli.pictures.packing import Packing
 from stimuli.pictures.picture_header import is_ordinary
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
-from stimuli.pictures.stereo_image import View as Shown
 from stimuli.recipes.values import DevelopSpec, SpectralSpec, Step
+from stimuli.recipes.values import View as Shown
 
 if TYPE_CHECKING:
     from stimuli.recipes.banded_picture import BandedPicture

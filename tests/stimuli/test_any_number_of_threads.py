@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,14 +13,10 @@ from numpy.typing import NDArray
 from devices.colour import ciede2000, delta_e_2000, delta_e_2000_parts
 from devices.compensation import clipping, eye_clip_costs
 from devices.display import DisplayModel, EyeModels, ToneCurve
-from documents import at_most_threads
 from stimuli.measures import SeenPicture, difference_map
 from stimuli.pictures import RowFile, rows
 from stimuli.pictures.resampling import axis_weights, resample
-from stimuli.recipes import read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import scatter_flakes
-from stimuli.sparkle.studio import sparkle_map
+from tests.threads import shared_and_alike
 
 RNG = np.random.default_rng(0)
 WHITE = np.array([95.0, 100.0, 109.0])
@@ -49,14 +42,6 @@ def clip_costs() -> NDArray[Any]:
     return np.array([list(costs[eye].values()) for eye in ("left", "right")])
 
 
-def sparkles() -> NDArray[Any]:
-    recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
-    assert isinstance(recipe, SparklePlateRecipe)
-    plate = replace(recipe.plate.plate(), width_mm=12.0, height_mm=9.0)
-    scene = plate, recipe.lamp, recipe.camera
-    return sparkle_map(*scene, "left", scatter_flakes(plate, seed=1), cull=False, tile_px=32).luminance_cd_m2
-
-
 USERS: tuple[Callable[[], NDArray[Any]], ...] = (
     lambda: delta_e_2000(LABS[0], LABS[1]),
     lambda: delta_e_2000_parts(LABS[0], LABS[1]).S_H,
@@ -64,7 +49,6 @@ USERS: tuple[Callable[[], NDArray[Any]], ...] = (
     seen_difference,
     resampled,
     clip_costs,
-    sparkles,
 )
 
 
@@ -80,18 +64,7 @@ def test_one_thread_or_several_give_the_same_bits(
         (rows, "BAND_PIXELS", 300),
     ):
         monkeypatch.setattr(module, name, size)
-    with at_most_threads(1):
-        alone = user()
-    start, started = threading.Thread.start, list[str]()
-
-    def counted(thread: threading.Thread) -> None:
-        started.append(thread.name)
-        start(thread)
-
-    monkeypatch.setattr(threading.Thread, "start", counted)
-    with at_most_threads(3):
-        np.testing.assert_array_equal(user(), alone)
-    assert started, "it was not shared among threads"
+    shared_and_alike(user, monkeypatch)
 
 
 def test_threads_read_and_write_their_own_rows() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import math
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -32,10 +31,6 @@ from stimuli.luminance.saturation import largest_factor, measure_saturation
 from stimuli.luminance.scale import factor_series, grey_picture, greyscale, max_luminance_cd_m2, scaled
 from stimuli.luminance.statistics import DynamicRange, _ends, _mean_and_deviation
 from stimuli.pictures import StereoImage, XYZImage
-from stimuli.recipes import read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import plate_light, scatter_flakes
-from stimuli.sparkle.studio import photograph
 from stimuli.sparkles import PixelScale, SparkleThreshold
 from tests.kept import known
 
@@ -473,8 +468,6 @@ def test_what_of_table_4_3_can_be_recomputed(shared_data: Path) -> None:
 # Contrast of sparkles over exposure, as thesis Figures 4.10 and 4.11 show it.
 
 ROOT = Path(__file__).parents[2]
-# Table 4.3: exposure and maximum luminance of Images 1.1, 2.1 and 3.1.
-TABLE_4_3 = ((1 / 15, 205.3), (1 / 8, 104.7), (1.0, 15.65))
 FULL_CD_S_M2, BASE_CD_M2 = 10.0, 3.0
 
 
@@ -525,30 +518,6 @@ def test_the_display_clips_what_the_short_exposure_has_kept(exposures_models: Ey
         model.xyz(model.code(np.array([0.95, 1.0, 0.82]) * luminance))[1] for luminance in (200.0, BASE_CD_M2)
     )
     assert shown[0] == pytest.approx(sparkle / base - 1, rel=1e-5)
-
-
-def test_table_4_3_shows_a_full_sensor_and_the_plate_made_after_it_does_as_figures_4_10_and_4_11_say() -> None:
-    held = [time * most for time, most in TABLE_4_3]
-    # 13.7, 13.1 and 15.7 cd·s/m²: the brightest pixels hold the same while the exposure grows by 15.
-    assert max(held) / min(held) < 1.2
-    recipe, _ = read_recipe(ROOT / "configs/stimuli/manitoba_gray.yaml")
-    assert isinstance(recipe, SparklePlateRecipe)
-    plate, camera = replace(recipe.plate.plate(), width_mm=30.0, height_mm=20.0), recipe.camera
-    light = plate_light(plate, [recipe.lamp], camera, "left", scatter_flakes(plate, 1))
-    pictures = []
-    for time, _ in TABLE_4_3:
-        xyz = photograph(light, camera, time, 1 / camera.resolution_px_per_mm).xyz_cd_m2
-        pictures.append((f"{time:.3g} s", time, StereoImage.flat(xyz)))
-    rows = contrast_over_exposure(pictures).rows
-    long = rows[-1]
-    assert long.max_cd_m2 == pytest.approx(TABLE_4_3[-1][1], rel=0.2)
-    contrasts = [row.as_photographed.contrast.value for row in rows]
-    assert contrasts == sorted(contrasts, reverse=True)
-    assert contrasts[-1] < 0.75 * contrasts[0]  # Figure 4.10: contrast falls as the exposure grows
-    widths = [row.width_px for row in rows]
-    assert widths[-1].value - widths[0].value > 5 * np.hypot(widths[0].se, widths[-1].se)  # Figure 4.11: wider
-    background = [row.exposed_background_cd_s_m2 / row.exposure_s for row in rows]
-    np.testing.assert_allclose(background, background[0], rtol=0.01)
 
 
 @pytest.mark.parametrize(

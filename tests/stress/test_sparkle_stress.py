@@ -22,15 +22,14 @@ from devices.colour_matching import (
 )
 from devices.diagnostics import ScreenSpectra, observer_metamerism
 from devices.readings import sampling_error, xyz_from_spectra
+from extensions.sparkle import SparklePlateRecipe, plate_light, scatter_flakes
+from extensions.sparkle.cull import that_matter, tiles_of
+from extensions.sparkle.lamplight import illuminance_lx
+from extensions.sparkle.optics import shade
+from extensions.sparkle.scene import Noise
+from extensions.sparkle.studio import photograph
 from stimuli.align import warp
 from stimuli.recipes import read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle import plate_light, scatter_flakes
-from stimuli.sparkle.cull import that_matter, tiles_of
-from stimuli.sparkle.lamplight import illuminance_lx
-from stimuli.sparkle.optics import shade
-from stimuli.sparkle.scene import Noise
-from stimuli.sparkle.studio import photograph
 from tests.compiled_loops import not_in_numpy
 from tests.stimuli.sparkle_measures.test_sparkle_measures import assert_like_the_twin, both, planted
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from colour.adaptation import chromatic_adaptation_VonKries
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
@@ -19,97 +20,22 @@ from documents import InputError
 from stimuli.build import StimulusSet, build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, exr_write, write_exr
-from stimuli.recipes import BandedPicture, Recipe, read_recipe
+from stimuli.recipes import BandedPicture, SeriesSpec, read_recipe
 from stimuli.recipes.picture_steps import adapted, finished_picture
 from stimuli.recipes.pictures import PicturesRecipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.recipes.steps_spec import AdaptSpec, StepsSpec
 from tests.stimuli.oiio_files import save_parts
 
 # What a recipe may say, and how it is told what it may not.
 
-ROOT = Path(__file__).parents[3]
-STIMULI = ROOT / "configs" / "stimuli"
-GRAY = STIMULI / "manitoba_gray.yaml"
 
-
-def changed(tmp_path: Path, name: str, *path: str | int, value: object) -> Path:
-    """Write a shipped recipe with one value changed."""
-    data: Any = yaml.safe_load((STIMULI / f"{name}.yaml").read_text())
-    here = data
-    for part in path[:-1]:
-        here = here[part]
-    here[path[-1]] = value
-    file = tmp_path / "recipe.yaml"
-    file.write_text(yaml.safe_dump(data, sort_keys=False))
-    return file
+chromaticities = st.tuples(st.floats(0.05, 0.6), st.floats(0.05, 0.4))
 
 
 def pictures(tmp_path: Path, body: str) -> Path:
     file = tmp_path / "recipe.yaml"
     file.write_text(f"schema_version: 1\nkind: pictures\n{body}")
     return file
-
-
-def test_the_recipe_of_table_4_3() -> None:
-    recipe, _ = read_recipe(GRAY)
-    assert isinstance(recipe, SparklePlateRecipe)
-    table = [(s.name, round(s.exposure_s, 6), s.luminance_scale) for s in recipe.stimuli]
-    assert table == [
-        ("1.1", round(1 / 15, 6), 1.0),
-        ("1.2", round(1 / 15, 6), 0.51),
-        ("2.1", 0.125, 1.0),
-        ("3.1", 1.0, 1.0),
-        ("3.2", 1.0, 1.78),
-    ]
-    assert recipe.views == ("stereo", "flat")
-
-
-WRONG: dict[str, list[tuple[tuple[str | int, ...], object, str]]] = {
-    "manitoba_gray": [
-        (("stimuli", 0, "name"), 1.1, "put quotes around it, '1.1'"),
-        (("stimuli", 0, "name"), "../up", "1 to 60 letters"),
-        (("stimuli", 1, "name"), "1.1", "stands twice"),
-        (("stimuli", 0, "exposure_s"), "1/0", "expected seconds"),
-        (("stimuli", 0, "exposure_s"), "1e999999999/3", "expected seconds"),
-        (("stimuli", 0, "luminance"), 1, "did you mean 'luminance_scale'"),
-        (("plate", "flakes", "diameter_range_um"), [20, 30], "median diameter must lie within"),
-        (("plate", "flakes", "per_mm2"), 1e6, "50 million flakes"),
-        (("plate", "base", "chromaticity_xy"), [0.7, 0.7], "x \\+ y ≤ 1"),
-        (("camera", "resolution_px_per_mm"), 1000, "100 million camera pixels"),
-        (("camera", "raw_from_XYZ"), [[1, 0, 0], [1, 0, 0], [0, 0, 1]], "invertible"),
-        (("lamp", "zenith_deg"), 90, "from 0 to below 90"),
-        (("kind",), "sparkle-plate", "did you mean 'sparkle_plate'"),
-    ],
-    "solux_cabin": [
-        (("lamp", "chromaticity_xy"), [0.3, 0.3], "a temperature_K or a spectrum"),
-        (("lamp", "distance_mm"), None, "a beam needs the lamp's distance_mm"),
-        (("plate", "flakes", "chromaticity_xy"), [0.3, 0.3], "or a spectrum, not both"),
-        (("plate", "base", "spectrum", "values"), [1, 2], "9 wavelengths and 2 values"),
-        (("plate", "base", "spectrum", "nm"), [400, 450, 480, 510, 500, 580, 620, 680, 760], "wavelengths must rise"),
-        (("plate", "base", "spectrum", "values"), [0, 0, 0, 0, 2, 0, 0, 0, 0], "no reflectance is above 1"),
-    ],
-    "exposure_series": [
-        (("plates", 1, "name"), "gm1", "the name 'gm1' stands twice"),
-        (("plates", 1, "name"), "GM 1", "1 to 60 letters"),
-        (("plates", 1, "flakes", "diameter_median_um"), 60, "'GM2' and 'plate' do not fit"),
-        (("plates", 1, "flakes", "per_mm2"), 1e6, "50 million flakes"),
-        (("series", 1, "name"), "base", "the name 'base' stands twice"),
-        (("series", 2, "grayscale_white_xy"), [0.3, 0.3], "did you mean 'greyscale_white_xy'"),
-        (("exposures_s",), [1.3, 1.3000001], "the exposure 1.3 s stands twice"),
-    ],
-}
-
-
-@pytest.mark.parametrize(
-    ("name", "path", "value", "message"), [(name, *row) for name, rows in WRONG.items() for row in rows]
-)
-def test_what_cannot_be_is_refused_with_its_place(
-    tmp_path: Path, name: str, path: tuple[str | int, ...], value: object, message: str
-) -> None:
-    with pytest.raises(InputError, match=rf"recipe\.yaml:\d+:\d+: .*{message}") as refused:
-        read_recipe(changed(tmp_path, name, *path, value=value))
-    assert len(refused.value.findings) == 1
 
 
 @pytest.mark.parametrize("file", ["/tmp/a.exr", "../a.exr", "a/../../b.exr", "C:/a.exr", "..\\a.exr", "''"])
@@ -137,9 +63,51 @@ def test_a_picture_s_defaults(tmp_path: Path) -> None:
     assert (picture.view, picture.colour_space, picture.negative) == (None, "declared", "refuse")
 
 
-def test_editors_are_told_that_an_exposure_may_be_a_fraction() -> None:
-    exposure = Recipe.model_json_schema()["$defs"]["ShotSpec"]["properties"]["exposure_s"]
-    assert [option["type"] for option in exposure["anyOf"]] == ["number", "string"]
+def test_factors_of_pictures(tmp_path: Path) -> None:
+    file = tmp_path / "pictures.yaml"
+    file.write_text(
+        "schema_version: 1\nkind: pictures\nstimuli:\n"
+        "  - {name: a, file: a.exr, factors: {paint: red, exposure_s: 2}}\n"
+        "  - {name: b, file: b.exr, view: flat, flat_eye: left}\n"
+    )
+    pictures, _ = read_recipe(file)
+    assert pictures.factors() == {
+        "a": {"image": "a", "paint": "red", "exposure_s": 2},
+        "b": {"image": "b", "view": "flat"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("factors", "message"),
+    [
+        ("{view: flat}", "set by the recipe"),
+        ("{Paint: red}", "small letters"),
+        ("{paint: true}", "'stimuli.1.factors.paint'"),
+        ("{paint: ''}", "'stimuli.1.factors.paint'"),
+    ],
+)
+def test_factors_that_cannot_be(tmp_path: Path, factors: str, message: str) -> None:
+    file = tmp_path / "pictures.yaml"
+    file.write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n  - {{name: a, file: a.exr, factors: {factors}}}\n")
+    with pytest.raises(InputError, match=rf"pictures\.yaml:4:\d+: .*{message}"):
+        read_recipe(file)
+
+
+@pytest.mark.parametrize("white_xy", ["[0.7, 0.7]", "[0.3, 0]", "[-0.1, 0.5]"])
+def test_whites_that_no_light_has(tmp_path: Path, white_xy: str) -> None:
+    body = f"series: [{{name: grey, greyscale_white_xy: {white_xy}}}]\nstimuli:\n  - {{name: one, file: a.exr}}\n"
+    with pytest.raises(InputError, match=r"recipe\.yaml:3:\d+: .*x \+ y ≤ 1"):
+        read_recipe(pictures(tmp_path, body))
+
+
+@given(st.lists(st.floats(0, 2**13, width=32), min_size=3, max_size=3), chromaticities, st.floats(0.01, 100))
+def test_grey_of_any_pixel(pixel: Sequence[float], white_xy: tuple[float, float], scale: float) -> None:
+    spec = SeriesSpec(name="grey", greyscale_white_xy=white_xy)
+    (grey,) = spec.apply(np.array([[pixel]], np.float32), scale)[0]
+    luminance = pixel[1] * scale
+    x, y = white_xy
+    expected = [luminance * x / y, luminance, luminance * (1 - x - y) / y]
+    np.testing.assert_allclose(grey, expected, rtol=1e-6, atol=1e-37)
 
 
 # The step `adapt`: against colour-science on whole pictures, what it skips, and wrong input.

@@ -16,24 +16,29 @@ from scipy.special import j1
 from devices.colour import XYZ_from_xyY
 from devices.readings import xyz_from_spectra
 from documents import InputError
+from extensions.sparkle import (
+    SparklePlateRecipe,
+    SparkleSeriesRecipe,
+    Studio,
+    plate_light,
+    scatter_flakes,
+    wavelengths_nm,
+)
+from extensions.sparkle.camera import eye_mtf, through_the_eye
+from extensions.sparkle.flakes import Flakes
+from extensions.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions
+from extensions.sparkle.light import flop_luminance, gathered, matt_luminance
+from extensions.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
+from extensions.sparkle.scene import Clusters, Lamp, Noise, Plate, planck
+from extensions.sparkle.studio import photograph
 from stimuli.build import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import read_exr
 from stimuli.recipes import BuildContext, read_recipe
-from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.recipes.sparkle_series import SparkleSeriesRecipe
-from stimuli.sparkle import Studio, plate_light, scatter_flakes, wavelengths_nm
-from stimuli.sparkle.camera import eye_mtf, through_the_eye
-from stimuli.sparkle.flakes import Flakes
-from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions
-from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance
-from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
-from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate, planck
-from stimuli.sparkle.studio import photograph
 
 # Near lamps, small flakes, a base with flop, noise, an eye's optics, spectra: against plain physics.
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 CABIN = ROOT / "configs" / "stimuli" / "solux_cabin.yaml"
 GRAY, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")
 assert isinstance(GRAY, SparklePlateRecipe)
@@ -248,7 +253,7 @@ def test_noise_is_off_unless_asked_for_and_as_large_as_it_says() -> None:
     np.testing.assert_array_equal(one.xyz_cd_m2, again.xyz_cd_m2)
     assert not np.array_equal(one.xyz_cd_m2, other.xyz_cd_m2)
     assert one.xyz_cd_m2[..., 1].mean() == pytest.approx(quiet.xyz_cd_m2[..., 1].mean(), rel=2e-3)
-    from stimuli.sparkle.camera import expose, sensor_of
+    from extensions.sparkle.camera import expose, sensor_of
 
     sensor = sensor_of(CAMERA)
     for clean, dirty in zip(expose(light, 0.125, sensor), expose(light, 0.125, sensor, noisy.noise), strict=True):

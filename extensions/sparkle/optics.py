@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents.arrays import Floats
-from stimuli.sparkle.flakes import Flakes
-from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions, nearest_mm
-from stimuli.sparkle.scene import Lamp, Plate
+from extensions.sparkle.flakes import Flakes
+from extensions.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions, nearest_mm
+from extensions.sparkle.scene import Lamp, Plate
 
 # The Gaussian that fits the centre of a disc's diffraction pattern best has this standard deviation, in wavelengths
 # per diameter; the rings around it are left out.

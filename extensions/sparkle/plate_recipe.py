@@ -10,12 +10,24 @@ import numpy as np
 from pydantic import Field
 
 from documents.yaml import FileModel, Path_, Positive
-from stimuli.pictures.stereo_image import StereoImage, XYZImage
-from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import RecipeFault, RecipeKind, stimulus_name, twin_names, twin_views
-from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, Views
-from stimuli.sparkle.recipe import FurtherLamps, PaintedPlateSpec
-from stimuli.sparkle.scene import Camera, Lamp
+from extensions.sparkle.painted_plate import FurtherLamps, PaintedPlateSpec
+from extensions.sparkle.scene import Camera, Lamp
+from stimuli.pictures import StereoImage, XYZImage
+from stimuli.recipes import (
+    MAX_STIMULI,
+    BuildContext,
+    Factors,
+    MadePicture,
+    Name,
+    Progress,
+    RecipeFault,
+    RecipeKind,
+    Seconds,
+    Views,
+    stimulus_name,
+    twin_names,
+    twin_views,
+)
 
 # What a plate may ask for: either takes a few GB of memory.
 MAX_FLAKES = 50_000_000
@@ -98,7 +110,7 @@ class SparklePlateRecipe(SparkleRecipe):
         Each viewpoint's sparkles are rendered once, and each exposure of them is developed once, however many stimuli
         show them.
         """
-        from stimuli.sparkle.studio import Studio
+        from extensions.sparkle.studio import Studio
 
         scene = self.plate, self.lamp, self.camera, self.seed, context.pixel_pitch_mm, self.further_lamps
         studio = Studio(*scene, observer=str(self.observer))

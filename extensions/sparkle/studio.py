@@ -14,16 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER
-from stimuli.pictures.resampling import area_weights, resample
-from stimuli.pictures.resolution import display_resolution
-from stimuli.pictures.stereo_image import View, XYZImage
-from stimuli.sparkle.camera import expose, sensor_of, splat, through_the_eye
-from stimuli.sparkle.cull import LEAST_LOBE_SHARE, TILE_PX, lit, that_matter, tiles_of
-from stimuli.sparkle.flakes import Flakes, scatter_flakes
-from stimuli.sparkle.light import LightTerm, PlateLight, colour_under, flop_luminance, gathered, matt_luminance
-from stimuli.sparkle.optics import shade
-from stimuli.sparkle.recipe import PaintedPlateSpec
-from stimuli.sparkle.scene import Camera, Lamp, Plate
+from extensions.sparkle.camera import expose, sensor_of, splat, through_the_eye
+from extensions.sparkle.cull import LEAST_LOBE_SHARE, TILE_PX, lit, that_matter, tiles_of
+from extensions.sparkle.flakes import Flakes, scatter_flakes
+from extensions.sparkle.light import LightTerm, PlateLight, colour_under, flop_luminance, gathered, matt_luminance
+from extensions.sparkle.optics import shade
+from extensions.sparkle.painted_plate import PaintedPlateSpec
+from extensions.sparkle.scene import Camera, Lamp, Plate
+from stimuli.pictures import XYZImage, display_resolution, resample_maps
+from stimuli.recipes import View
 
 
 def viewpoints(view: View) -> tuple[str, ...]:
@@ -275,10 +274,8 @@ def photograph(
     """
     sensor = sensor_of(camera)
     channels = expose(light, exposure_s, sensor, camera.noise, noise_seed)
-    columns = area_weights(light.grid_px[0], light.size_mm[0], pixel_pitch_mm)
-    rows = area_weights(light.grid_px[1], light.size_mm[1], pixel_pitch_mm)
     # The way from the channels to XYZ is linear: resampling first does it for fewer pixels, with the same outcome.
-    small = np.stack([resample(channel, rows, columns) for channel in channels], axis=-1)
+    small = resample_maps(channels, light.size_mm, pixel_pitch_mm)
     xyz = small @ sensor.XYZ_from_raw.T / exposure_s
     red, green, blue = (100.0 * float(np.mean(channel >= 1.0)) for channel in channels)
     below = 0.0

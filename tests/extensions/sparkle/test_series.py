@@ -4,38 +4,32 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given
-from hypothesis import strategies as st
 
-import stimuli.sparkle.studio
+import extensions.sparkle.studio
 from devices.colour import xyz_to_lab
 from documents import InputError
+from extensions.sparkle import Studio
+from extensions.sparkle.series_recipe import SparkleSeriesRecipe, plate_seed
 from stimuli.build import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage
-from stimuli.recipes import BuildContext, MadePicture, Recipe, read_recipe
-from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
-from stimuli.recipes.values import SeriesSpec
-from stimuli.sparkle import Studio
+from stimuli.recipes import BuildContext, MadePicture, read_recipe
 from tests.kept import known
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"
 WHITE_XY = (0.3117, 0.3151)
 PITCH_MM = 0.2768
 
 
 PRELIMINARY = CONFIGS / "stimuli" / "preliminary.yaml"
-
-
-chromaticities = st.tuples(st.floats(0.05, 0.6), st.floats(0.05, 0.4))
 
 
 def seen(made: MadePicture) -> StereoImage:
@@ -100,7 +94,7 @@ def test_what_is_made_is_called_as_foretold(recipe: SparkleSeriesRecipe, made: d
     assert all(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name) for name in made)
 
 
-def test_factors_of_the_other_kinds(tmp_path: Path) -> None:
+def test_factors_of_one_plate() -> None:
     gray, _ = read_recipe(CONFIGS / "stimuli" / "manitoba_gray.yaml")
     factors = gray.factors()
     assert factors["1.2-flat"] == {
@@ -110,33 +104,6 @@ def test_factors_of_the_other_kinds(tmp_path: Path) -> None:
         "luminance_scale": 0.51,
     }
     assert tuple(factors) == gray.names()
-    file = tmp_path / "pictures.yaml"
-    file.write_text(
-        "schema_version: 1\nkind: pictures\nstimuli:\n"
-        "  - {name: a, file: a.exr, factors: {paint: red, exposure_s: 2}}\n"
-        "  - {name: b, file: b.exr, view: flat, flat_eye: left}\n"
-    )
-    pictures, _ = read_recipe(file)
-    assert pictures.factors() == {
-        "a": {"image": "a", "paint": "red", "exposure_s": 2},
-        "b": {"image": "b", "view": "flat"},
-    }
-
-
-@pytest.mark.parametrize(
-    ("factors", "message"),
-    [
-        ("{view: flat}", "set by the recipe"),
-        ("{Paint: red}", "small letters"),
-        ("{paint: true}", "'stimuli.1.factors.paint'"),
-        ("{paint: ''}", "'stimuli.1.factors.paint'"),
-    ],
-)
-def test_factors_that_cannot_be(tmp_path: Path, factors: str, message: str) -> None:
-    file = tmp_path / "pictures.yaml"
-    file.write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n  - {{name: a, file: a.exr, factors: {factors}}}\n")
-    with pytest.raises(InputError, match=rf"pictures\.yaml:4:\d+: .*{message}"):
-        read_recipe(file)
 
 
 # Light
@@ -172,13 +139,13 @@ def test_each_viewpoint_is_rendered_once_and_each_exposure_developed_once(
 ) -> None:
     calls: dict[str, int] = {"plate_light": 0, "photograph": 0}
     for name in calls:
-        real = getattr(stimuli.sparkle.studio, name)
+        real = getattr(extensions.sparkle.studio, name)
 
         def counted(*args: Any, name: str = name, real: Any = real) -> Any:
             calls[name] += 1
             return real(*args)
 
-        monkeypatch.setattr(stimuli.sparkle.studio, name, counted)
+        monkeypatch.setattr(extensions.sparkle.studio, name, counted)
     recipe = series_recipe(five(tmp_path, (9, 6), exposures_s=[1.3, 4], views=["flat"]))
     flat = list(make(recipe))
     assert len(flat) == 5 * 3 * 2
@@ -224,16 +191,6 @@ def test_the_preliminary_test_s_pictures_are_stereo_and_flat() -> None:
     factors = series_recipe(PRELIMINARY).factors()
     assert list(factors)[:3] == ["GM1-base-1.3-stereo", "GM1-base-1.3-flat", "GM1-base-1.6-stereo"]
     assert [one["view"] for one in factors.values()] == ["stereo", "flat"] * 6
-
-
-@given(st.lists(st.floats(0, 2**13, width=32), min_size=3, max_size=3), chromaticities, st.floats(0.01, 100))
-def test_grey_of_any_pixel(pixel: Sequence[float], white_xy: tuple[float, float], scale: float) -> None:
-    spec = SeriesSpec(name="grey", greyscale_white_xy=white_xy)
-    (grey,) = spec.apply(np.array([[pixel]], np.float32), scale)[0]
-    luminance = pixel[1] * scale
-    x, y = white_xy
-    expected = [luminance * x / y, luminance, luminance * (1 - x - y) / y]
-    np.testing.assert_allclose(grey, expected, rtol=1e-6, atol=1e-37)
 
 
 def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, MadePicture]) -> None:
@@ -365,9 +322,3 @@ def test_a_plate_without_light_is_named(tmp_path: Path) -> None:
     recipe = series_recipe(five(tmp_path, lamp={**data["lamp"], "illuminance_lx": 0}))
     with pytest.raises(StimulusError, match="the plate 'GM1' sends no light"):
         next(make(recipe))
-
-
-def test_editors_know_the_kind() -> None:
-    schema = Recipe.model_json_schema()
-    assert schema["discriminator"]["mapping"]["sparkle_series"] == "#/$defs/SparkleSeriesRecipe"
-    assert "target_mean_luminance_cd_m2" in schema["$defs"]["SparkleSeriesRecipe"]["required"]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents.arrays import Floats32
-from stimuli.sparkle.scene import Clusters, Plate
+from extensions.sparkle.scene import Clusters, Plate
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from documents import in_threads
 from documents.arrays import Floats
-from stimuli.sparkle.cull import TILE_PX, tiles_of
-from stimuli.sparkle.light import PlateLight
-from stimuli.sparkle.optics import Sparkles
-from stimuli.sparkle.scene import Camera, Noise, Plate
+from extensions.sparkle.cull import TILE_PX, tiles_of
+from extensions.sparkle.light import PlateLight
+from extensions.sparkle.optics import Sparkles
+from extensions.sparkle.scene import Camera, Noise, Plate
 
 # Flakes splatted at a time: the weights of a block stay in memory that the processor's cache can hold.
 _BLOCK = 8192

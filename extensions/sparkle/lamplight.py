@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from documents.arrays import Floats
-from stimuli.sparkle.scene import Lamp
+from extensions.sparkle.scene import Lamp
 
 
 def lamp_directions(lamp: Lamp, x_mm: Floats, y_mm: Floats) -> Floats:

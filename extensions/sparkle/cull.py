@@ -33,10 +33,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents.arrays import Floats
-from stimuli.sparkle.flakes import Flakes
-from stimuli.sparkle.lamplight import lamp_directions, most_illuminance_lx, nearest_mm
-from stimuli.sparkle.optics import half_way, refract, view_directions, widest_lobe_sd
-from stimuli.sparkle.scene import Camera, Lamp, Plate
+from extensions.sparkle.flakes import Flakes
+from extensions.sparkle.lamplight import lamp_directions, most_illuminance_lx, nearest_mm
+from extensions.sparkle.optics import half_way, refract, view_directions, widest_lobe_sd
+from extensions.sparkle.scene import Camera, Lamp, Plate
 
 Indices = NDArray[np.int64]
 

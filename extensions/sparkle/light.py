@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from devices.colour import XYZ_from_xyY, xyY_from_XYZ
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents.arrays import Floats
+from extensions.sparkle.lamplight import illuminance_lx
+from extensions.sparkle.optics import mirror
+from extensions.sparkle.scene import Camera, Lamp, Plate, Row, Spectrum, wavelengths_nm
 from stimuli.errors import StimulusError
-from stimuli.pictures.resampling import area_weights, resample
-from stimuli.sparkle.lamplight import illuminance_lx
-from stimuli.sparkle.optics import mirror
-from stimuli.sparkle.scene import Camera, Lamp, Plate, Row, Spectrum, wavelengths_nm
+from stimuli.pictures import resample_maps
 
 Map = NDArray[np.float32]
 
@@ -71,18 +71,14 @@ class PlateLight:
             If a lamp, the base or the flakes are given as a chromaticity.
         """
         columns_px, rows_px = self.grid_px
-        columns = area_weights(columns_px, self.size_mm[0], pixel_pitch_mm)
-        rows = area_weights(rows_px, self.size_mm[1], pixel_pitch_mm)
+        dark = LightTerm(0.0, Colour((0.0, 0.0, 0.0), (0.0,) * 81))
         maps, spectra = [], []
-        for term in self.terms:
+        for term in self.terms or (dark,):
             if term.colour.spectrum is None:
                 raise StimulusError("part of the plate's light is known as a chromaticity: it has no spectrum")
-            full = np.broadcast_to(np.asarray(term.luminance_cd_m2, dtype=np.float32), (rows_px, columns_px))
-            maps.append(resample(full, rows, columns))
+            maps.append(np.broadcast_to(np.asarray(term.luminance_cd_m2, dtype=np.float32), (rows_px, columns_px)))
             spectra.append(term.colour.spectrum)
-        if not maps:
-            return np.zeros((rows.shape[0], columns.shape[0], 81))
-        return np.tensordot(np.stack(maps, axis=-1), np.array(spectra), axes=1)
+        return np.tensordot(resample_maps(maps, self.size_mm, pixel_pitch_mm), np.array(spectra), axes=1)
 
 
 def gathered(terms: Iterable[LightTerm]) -> tuple[LightTerm, ...]:

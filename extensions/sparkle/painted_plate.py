@@ -7,7 +7,8 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from documents.yaml import FileModel, NotNegative, Positive
-from stimuli.sparkle.scene import Chromaticity, Clusters, Lamp, Plate, Share, SpectrumSpec
+from extensions.sparkle.scene import Clusters, Lamp, Plate, Share, SpectrumSpec
+from stimuli.recipes import Chromaticity
 
 # Where the eye is most sensitive.
 DIFFRACTION_NM = 555.0

@@ -17,17 +17,30 @@ from pydantic import Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
 from documents.yaml import FileModel, Positive
+from extensions.sparkle.painted_plate import BaseSpec, FlakesSpec, PaintedPlateSpec
+from extensions.sparkle.plate_recipe import SparkleRecipe, too_large, without_spectra
 from stimuli.errors import StimulusError
-from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
-from stimuli.pictures.stereo_image import StereoImage, View
-from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import RecipeFault, stimulus_name, twin_names, twin_views
-from stimuli.recipes.sparkle_plate import SparkleRecipe, too_large, without_spectra
-from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, SeriesSpec, SeriesSpecs
-from stimuli.sparkle.recipe import BaseSpec, FlakesSpec, PaintedPlateSpec
+from stimuli.luminance import factor_to, mean_luminance_cd_m2
+from stimuli.pictures import StereoImage
+from stimuli.recipes import (
+    MAX_STIMULI,
+    BuildContext,
+    Factors,
+    MadePicture,
+    Name,
+    Progress,
+    RecipeFault,
+    Seconds,
+    SeriesSpec,
+    SeriesSpecs,
+    View,
+    stimulus_name,
+    twin_names,
+    twin_views,
+)
 
 if TYPE_CHECKING:
-    from stimuli.sparkle.studio import Studio
+    from extensions.sparkle.studio import Studio
 
 
 def _left_out(model: type[FlakesSpec]) -> None:
@@ -214,7 +227,7 @@ class SparkleSeriesRecipe(SparkleRecipe):
         StimulusError
             If a plate sends no light, so that nothing can bring it to the target luminance.
         """
-        from stimuli.sparkle.studio import Studio
+        from extensions.sparkle.studio import Studio
 
         pictures = [planned for planned in self.pictures() if planned.name in names]
         done = 0

@@ -10,10 +10,11 @@ from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from documents.arrays import Floats
 from documents.yaml import FileModel, NotNegative, Number, Positive
+from stimuli.recipes import Chromaticity
 
 Row = tuple[float, float, float]
 Spectrum = tuple[float, ...]
@@ -22,16 +23,8 @@ FIRST_NM, LAST_NM, STEP_NM = 380, 780, 5
 _SECOND_CONSTANT_NM_K = 1.438776877e7
 
 
-def _chromaticity(value: tuple[float, float]) -> tuple[float, float]:
-    x, y = value
-    if not (x >= 0 and y > 0 and x + y <= 1):
-        raise ValueError("a chromaticity x, y has x ≥ 0, y > 0 and x + y ≤ 1")
-    return value
-
-
 Share = Annotated[float, Field(ge=0, le=1)]
 _Triple = tuple[Number, Number, Number]
-Chromaticity = Annotated[tuple[Number, Number], AfterValidator(_chromaticity)]
 
 
 class SpectrumSpec(FileModel):
@@ -89,7 +82,7 @@ class Plate:
 
     ``flake_chromaticity_xy`` is that of the lamp's light once it has gone through the coat to a flake and back; None
     if the coat is colourless, so that it is the lamp's own. ``base_chromaticity_xy`` is that of the base's light, and
-    None where ``base_spectrum`` gives it. Spectra multiply the reflectance, on the grid of `stimuli.sparkle.light`.
+    None where ``base_spectrum`` gives it. Spectra multiply the reflectance, on the grid of `extensions.sparkle.light`.
     """
 
     width_mm: float
