@@ -1,7 +1,7 @@
 """What observers look at: pictures for two eyes in absolute XYZ.
 
-Pictures are read, developed from photographs, computed from recipes or rendered as sparkling plates, aligned, resampled
-and built into sets that are cached by content. A rendering is compared with a photograph.
+Pictures are read, developed from photographs or made as a recipe's kind says, aligned, resampled and built into sets
+that are cached by content. A rendering is compared with a photograph.
 """
 
 import lazy_loader

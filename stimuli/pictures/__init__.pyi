@@ -21,6 +21,5 @@ from .rows import RowFile as RowFile
 from .rows import Rows as Rows
 from .rows import bands_with_margin as bands_with_margin
 from .rows import block_means as block_means
-from .stereo_image import Eye as Eye
 from .stereo_image import StereoImage as StereoImage
 from .stereo_image import XYZImage as XYZImage

@@ -61,7 +61,10 @@ def files(study: Study, monkeypatch: pytest.MonkeyPatch) -> Study:
 @pytest.mark.parametrize(
     "mistake",
     [
-        pytest.param(one, marks=[pytest.mark.extensions] if any(kind in str(one) for kind in OF_EXTENSIONS) else [])
+        pytest.param(
+            one,
+            marks=[pytest.mark.extensions] if any(kind in str(one) for kind in (*OF_EXTENSIONS, "sparkle_")) else [],
+        )
         for one in MISTAKES
     ],
     ids=lambda one: str(one.get("type") or one["write"])[:60],

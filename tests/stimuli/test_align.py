@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.special import ndtr
 
 from devices.display import disparity_arcmin
+from devices.eyes import Eye
 from documents.arrays import Floats, Floats32
 from stimuli.align import (
     Viewing,
@@ -33,7 +34,7 @@ from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.roll_scale import fit_roll_scale
 from stimuli.align.toe_in import keystone, toe_in_homography
 from stimuli.errors import StimulusError
-from stimuli.pictures import Eye, StereoImage
+from stimuli.pictures import StereoImage
 from tests.compiled_loops import not_in_numpy
 from tests.kept import known
 

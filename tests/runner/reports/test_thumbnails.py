@@ -11,7 +11,7 @@ from PIL import Image
 
 from analysis.records import Header
 from devices.colour import srgb
-from devices.display import DisplayModel
+from devices.display import DisplayModel, read_rig
 from runner.errors import SessionError
 from runner.protocol import Experiment, read_experiment
 from runner.reports import find_shown, results
@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.fixture(scope="module")
 def model() -> DisplayModel:
-    return read_experiment(ROOT / "experiments/dynamic_range.yaml").rig.models.left
+    return read_rig(ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml").models.left
 
 
 @pytest.fixture
