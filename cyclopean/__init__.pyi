@@ -10,10 +10,10 @@ from .pictures import display as display
 from .pictures import fit_display as fit_display
 from .pictures import read_picture as read_picture
 from .pictures import write_picture as write_picture
-from .planning import power as power
 from .result import Result as Result
 from .scaling import effects as effects
 from .scaling import observers as observers
+from .scaling import power as power
 from .scaling import scores as scores
 from .sessions import check as check
 from .sessions import demo as demo

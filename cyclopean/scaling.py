@@ -1,10 +1,11 @@
-"""What the answers come to: scores, effects of factors, and a line for each observer."""
+"""What the answers come to: scores, effects of factors, a line for each observer, and how many observers to ask."""
 
 from __future__ import annotations
 
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from analysis.factors import FactorEffects
     from analysis.observers import ObserverTable
     from analysis.records import SessionLog
+    from extensions.power import PowerStudy
 
 Answers = pd.DataFrame | str | Path
 
@@ -187,6 +189,61 @@ def observers(answers: Answers, *, with_simulated: bool = False, keep_na: bool =
         table = observers_in_sessions(_logs(answers, with_simulated=with_simulated))
     rows = [line.to_json() for line in table.lines]
     return Result(table, rows, f"{len(rows)} observers", find_sections=lambda: [observers_section(table, None)])
+
+
+def power(experiment: str | Path, numbers_of_observers: Sequence[int], **options: Any) -> Result[PowerStudy]:
+    """Simulate studies, to plan how many observers to ask, as `cyclopean power` does and with the same options.
+
+    Parameters
+    ----------
+    experiment
+        An experiment file with a block of all pairs; its stimuli need not be built.
+    numbers_of_observers
+        The numbers to try.
+    **options
+        Those of `extensions.power.PowerOptions` by their names, such as ``replicates=100``, ``observer_sd=0.5``, or
+        ``scores=``: a file of simulated observers, results or a table of a pilot study, or what
+        `cyclopean scores --json` printed.
+
+    Returns
+    -------
+    Result
+        A row for each number of observers; ``title`` says how many are needed.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong, the experiment compares no pairs of a fixed number, an option is out of range, or the
+        extension is not installed.
+
+    Examples
+    --------
+    >>> study = power("experiments/dynamic_range.yaml", [20], replicates=50)
+    >>> study.to_frame()["observers"].tolist()
+    [20]
+    """
+    try:
+        from extensions.power import PowerOptions, power_blocks, study_power
+    except ModuleNotFoundError as error:
+        what = "the extension 'power' is not here"
+        raise InputError(Finding(what, remedy="install cyclopean again, with extensions/")) from error
+
+    asked = made(PowerOptions, {**options, "observers": tuple(numbers_of_observers)})
+    study = study_power(Path(experiment), asked)
+    answer = study.to_json()
+    sizes = [
+        ({"group": group["name"]} if "name" in group else {})
+        | {key: value for key, value in size.items() if key not in ("items", "pairs")}
+        for group in answer.get("groups", [answer])
+        for size in group["sizes"]
+    ]
+    return Result(study, sizes, study.needed.sentence, find_sections=lambda: _section("", power_blocks(study.needed)))
+
+
+with suppress(ModuleNotFoundError):  # without it, all else of here is as it is
+    from extensions.power import PowerOptions
+
+    taking(PowerOptions, "observers")(power)
 
 
 def comparisons(
