@@ -17,10 +17,9 @@ from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtr
 
 from analysis.comparisons import Answer, from_answers
-from analysis.jod import scale_jod
-from analysis.jod.fits import fit_jod
 from analysis.scaling import fit_model
 from documents.arrays import Floats
+from extensions.inference import fit_jod, scale_jod
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import numbers, program, sized

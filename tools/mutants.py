@@ -45,7 +45,7 @@ MARKS = "not nightly and not stress and not quad and not vdp and not window"
 ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "scaling": (
         ("analysis/scaling/*.py",),
-        ("tests/analysis/scaling", "tests/analysis/test_jod.py", "tests/analysis/test_scores_command.py"),
+        ("tests/analysis/scaling", "tests/analysis/test_scores_command.py"),
     ),
     "classes": (("analysis/classes/*.py",), ("tests/analysis/classes", "tests/analysis/inference")),
     "comparisons": (("analysis/comparisons/*.py",), ("tests/analysis/comparisons",)),

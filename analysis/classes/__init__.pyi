@@ -1,4 +1,8 @@
 from .classes import TIED as TIED
+from .classes import Classes as Classes
+from .classes import best_first as best_first
+from .classes import check_level as check_level
+from .classes import classes_if_few as classes_if_few
 from .classes import classify as classify
 from .conclusions import Conclusion as Conclusion
 from .multiplicity import ADJUSTMENT_NAMES as ADJUSTMENT_NAMES

@@ -1,10 +1,8 @@
 from .counts import Counts as Counts
 from .counts import count_pairs as count_pairs
-from .distance_prior import DistancePrior as DistancePrior
 from .fitting import DEFAULT_PRIOR_SD as DEFAULT_PRIOR_SD
 from .fitting import fit as fit
 from .fitting import fit_model as fit_model
-from .group_agreement import GroupAgreement as GroupAgreement
 from .grouped import GroupedScores as GroupedScores
 from .grouped import ScoreOptions as ScoreOptions
 from .grouped import common_items as common_items
@@ -21,6 +19,7 @@ from .learnt_prior import Posterior as Posterior
 from .learnt_prior import learnt_posterior as learnt_posterior
 from .learnt_prior import updated_posterior as updated_posterior
 from .newton import maximise as maximise
+from .penalty import NoPenalty as NoPenalty
 from .result import CovarianceKind as CovarianceKind
 from .result import ModelMethod as ModelMethod
 from .robust_tests import ObserverTest as ObserverTest
@@ -28,6 +27,8 @@ from .scores import Scores as Scores
 from .scores import score as score
 from .separation import are_connected as are_connected
 from .separation import compared_groups as compared_groups
+from .separation import separation_sentences as separation_sentences
+from .separation import strong_groups as strong_groups
 from .shown import Published as Published
 from .shown import agreement_lines as agreement_lines
 from .shown import group_blocks as group_blocks

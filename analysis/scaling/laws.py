@@ -157,7 +157,7 @@ class Probit(Law):
 
     def slopes(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Slopes:
         """Return the derivatives."""
-        ahead, behind = hazard(d), hazard(-d)
+        ahead, behind = self.hazard(d), self.hazard(-d)
         information = counts.won * ahead * (ahead + d) + counts.lost * behind * (behind - d)
         return Slopes(counts.won * ahead - counts.lost * behind, information)
 
@@ -167,12 +167,12 @@ class Probit(Law):
 
         return float(ndtri(chance))
 
+    @staticmethod
+    def hazard(d: Floats) -> Floats:
+        """Return φ(d) / Φ(d), to its relative precision however far out."""
+        from scipy.special import log_ndtr
 
-def hazard(d: Floats) -> Floats:
-    """Return φ(d) / Φ(d), to its relative precision however far out."""
-    from scipy.special import log_ndtr
-
-    return np.asarray(np.exp(-0.5 * d * d - 0.5 * np.log(2 * np.pi) - log_ndtr(d)))
+        return np.asarray(np.exp(-0.5 * d * d - 0.5 * np.log(2 * np.pi) - log_ndtr(d)))
 
 
 def _times(count: Floats, log_p: Floats) -> Floats:

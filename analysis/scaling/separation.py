@@ -133,7 +133,7 @@ def separated_items(groups: Groups) -> tuple[int, ...]:
     return tuple(sorted(item for group in groups for item in group if item not in kept))
 
 
-def explain(groups: Groups, wins: Floats | csr_array, items: Sequence[str]) -> list[str]:
+def separation_sentences(groups: Groups, wins: Floats | csr_array, items: Sequence[str]) -> list[str]:
     """Say in sentences how the groups are separated, one sentence for each boundary between groups."""
     from scipy.sparse import csr_array
 
@@ -198,7 +198,7 @@ def find_separation(counts: Counts, items: Sequence[str], *, ties: bool, prior: 
             groups = strong_groups(wins)
             if len(groups) == 1:
                 return None
-            return Separation(groups, (_drawing_apart(groups, items, ""), *explain(groups, wins, items)))
+            return Separation(groups, (_drawing_apart(groups, items, ""), *separation_sentences(groups, wins, items)))
     if not won.any() and not lost.any():
         return _together(counts.n, "Every answer is a tie: nothing distinguishes the items.")
     if counts.ordered and not (won.any() and lost.any()):

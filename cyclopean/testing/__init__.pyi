@@ -6,6 +6,7 @@ from .exporters import prove_exporter as prove_exporter
 from .instruments import prove_instrument as prove_instrument
 from .listeners import prove_listener as prove_listener
 from .measures import prove_measure as prove_measure
+from .methods import prove_method as prove_method
 from .promises import BrokenPromiseError as BrokenPromiseError
 from .readers import prove_reader as prove_reader
 from .recipes import prove_recipe as prove_recipe

@@ -32,6 +32,7 @@ from runner.presenter.surfaces.opening import BACKENDS, open_surface
 from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import Buffer
 from runner.reports.export import EXPORTERS
+from runner.reports.scored import METHODS
 from runner.session.events import LISTENERS
 from runner.session.header import software
 from runner.session.rig_part import Measured, parts_of
@@ -355,6 +356,7 @@ REGISTRIES: tuple[Registry[Any], ...] = (
     RECIPES,
     MEASURES,
     LAWS,
+    METHODS,
     CURVES,
     READERS,
     INSTRUMENTS,

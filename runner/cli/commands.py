@@ -155,9 +155,10 @@ def scores_command(table: str, options: ScoresOptions, as_json: bool) -> None:
     with writing(options.observer_scores or Path("."), "table", WorkError):
         scored = score_table(read.comparisons, options)
     if as_json:
-        print_json(scored.to_json() | read.to_json() | work_done())
+        whose = {"method_of": scored.whose} if scored.whose else {}
+        print_json(scored.to_json() | whose | read.to_json() | work_done())
     else:
-        tell(scored.told())
+        tell([*scored.told(), *([f"the method '{options.method}' is of {scored.whose}"] if scored.whose else [])])
     if problems := scored.problems:
         say("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]))
         sys.exit(1)

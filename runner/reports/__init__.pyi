@@ -18,7 +18,8 @@ from .options import ScoresOptions as ScoresOptions
 from .results import experiment_files as experiment_files
 from .results import given_facts as given_facts
 from .results import report_results as report_results
-from .scores import Scored as Scored
+from .scored import METHODS as METHODS
+from .scored import Scored as Scored
 from .scores import score_table as score_table
 from .screens import preview as preview
 from .thumbnails import find_shown as find_shown

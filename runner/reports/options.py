@@ -145,7 +145,7 @@ class ScoresOptions:
     alpha: float = 0.05
     adjust: Adjust | None = None
     model: Model | None = None
-    method: Literal["auto", "ml", "firth", "map", "pwcmp"] = "auto"
+    method: Literal["auto", "ml", "firth", "map", "pwcmp"] | str = "auto"  # another package may have it
     jod_zero: Annotated[str | None, Typed(metavar="ITEM")] = None
     distance_prior: DistancePrior | None = None
     prior_sd: float | None = None
@@ -158,6 +158,11 @@ class ScoresOptions:
     multiverse: bool = False
     observers: Literal["alike", "random"] = "alike"
     observer_scores: Annotated[Path | None, Typed(metavar="FILE.csv")] = None
+
+    @property
+    def way(self) -> str:
+        """The name of how items are scored, as `METHODS` has it."""
+        return self.method if self.observers == "alike" else f"observers.{self.observers}"
 
     @property
     def codes(self) -> tuple[str, ...]:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
-from typing import Any
+from dataclasses import MISSING, fields
+from typing import Any, Literal, cast
 
 from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.hierarchical import HierarchicalFit, fit_blocks, fit_observers, observer_table
 from analysis.inference import ReviewAnswer, answer_blocks, neighbour_conclusions, parse_margin, review
-from analysis.jod import JodScales, jod_blocks, scale_jod, unsettled_lines
 from analysis.scaling import (
     DEFAULT_PRIOR_SD,
     LAWS,
     GroupedScores,
+    ModelMethod,
     ScoreOptions,
     Scores,
     group_blocks,
@@ -28,122 +28,184 @@ from documents import Finding
 from documents.files import write_whole
 from documents.pages import Block, Paragraph
 from runner.reports.options import ScoresOptions
-
-_REVIEWED = ("checks", "multiverse", "pairs", "margin")
-_OF_ONE_FIT = (*_REVIEWED, "prior_sd", "order_effect", "covariance", "quasi_variances")
+from runner.reports.scored import METHODS, Scored
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Scored:
-    """Scores by some ``options``: those of one scale, within groups, of observers who differ, or JOD as pwcmp's."""
+class ScoredScale(Scored):
+    """Scores of one scale."""
 
-    value: Scores | GroupedScores | HierarchicalFit | JodScales
-    options: ScoresOptions
+    value: Scores
+    refused = ()
+
+    @classmethod
+    def of(cls, comparisons: Comparisons, options: ScoresOptions, common: Mapping[str, str] | None) -> Scored:
+        """Score all items together, or those of each group where there are groups."""
+        how = ScoreOptions(
+            alpha=options.alpha,
+            adjust=options.adjust or "holm",
+            method=cast("ModelMethod | Literal['auto']", options.method),
+            prior_sd=DEFAULT_PRIOR_SD if options.prior_sd is None else options.prior_sd,
+            order_effect=options.order_effect,
+            covariance=options.covariance,
+            quasi_variances=options.quasi_variances,
+        )
+        model = options.model or "bradley-terry"
+        if comparisons.groups:
+            return ScoredGroups(score_groups(comparisons, model, common=common, **how), options)
+        return ScoredScale(score(comparisons, model, **how), options)
 
     @property
     def problems(self) -> Sequence[str]:
-        """Why there are no scores, in lines; none where there are."""
-        if isinstance(self.value, JodScales):
-            return unsettled_lines(self.value)
-        if isinstance(self.value, GroupedScores):
-            return group_problem_lines(self.value)
-        return problem_lines(self.value) if isinstance(self.value, Scores) else ()
+        """Why there are no scores."""
+        return problem_lines(self.value)
 
-    def further(self, scores: Scores) -> Mapping[str, ReviewAnswer]:
+    @property
+    def title(self) -> str:
+        """How many items, and by which model and method."""
+        items = len(self.value.order)
+        if self.value.fit.separation:
+            return f"No finite estimate: complete separation of {items} items; try method='firth'"
+        return f"Scores of {items} items by {self._by}, method {self.value.fit.method}, best first"
+
+    @property
+    def _by(self) -> str:
+        return self.options.model or "bradley-terry"
+
+    def scales(self) -> Sequence[tuple[str | None, list[dict[str, Any]]]]:
+        """Return the rows of the one scale."""
+        return [(None, self.value.item_rows())]
+
+    def told(self) -> list[Block]:
+        """Return the scores, and what else was asked for."""
+        return [*score_blocks(self.value), *self._further_blocks(self.value)]
+
+    def beside(self) -> dict[str, Any]:
+        """Return what else was asked for."""
+        return self._told(self.value)
+
+    def all_further(self) -> dict[str, Any]:
+        """Return what else was asked for."""
+        return dict(self._further(self.value))
+
+    def _further(self, scores: Scores) -> Mapping[str, ReviewAnswer]:
         """Return what else was asked for of one scale, by its key in JSON; nothing where it has no scores."""
         asked = self.options
         if problem_lines(scores):
             return {}
         return review(scores, pairs=asked.pairs, margin=asked.margin, checks=asked.checks, choices=asked.multiverse)
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return a row for each item, best first; within groups with the name of its ``group``."""
-        if isinstance(self.value, Scores):
-            return self.value.item_rows()
-        if isinstance(self.value, JodScales):
-            scales: Sequence[tuple[str | None, list[dict[str, Any]]]] = [
-                (name, [item.to_json() for item in scale.items]) for name, scale in self.value.scales
-            ]
-        elif isinstance(self.value, HierarchicalFit):
-            scales = [(one.get("name") or None, one["items"]) for one in self.value.to_json()["groups"]]
-        else:
-            scales = [(name, part.item_rows()) for name, part in self.value.groups]
-            scales = [*scales, *([(None, self.value.pooled.item_rows())] if self.value.pooled else [])]
-        named = len(scales) > 1 or any(name for name, _ in scales)
-        return [({"group": name} if named else {}) | item for name, items in scales for item in items]
-
-    @property
-    def title(self) -> str:
-        """What the rows are, in a line."""
-        model = self.options.model or "bradley-terry"
-        if isinstance(self.value, JodScales):
-            groups = len(self.value.scales)
-            return f"JOD{f' within {groups} groups' if groups > 1 else ''} as pwcmp has them, best first"
-        if isinstance(self.value, HierarchicalFit):
-            return f"Scores of the typical observer by {model}, best first"
-        if isinstance(self.value, GroupedScores):
-            return f"Scores within {len(self.value.groups)} groups by {model}, best first"
-        items = len(self.value.order)
-        if self.value.fit.separation:
-            return f"No finite estimate: complete separation of {items} items; try method='firth'"
-        return f"Scores of {items} items by {model}, method {self.value.fit.method}, best first"
-
-    def all_further(self) -> dict[str, Any]:
-        """Return what else was asked for; within groups, of each by its name."""
-        if isinstance(self.value, GroupedScores):
-            return {name: self.further(part) for name, part in self.value.groups}
-        return dict(self.further(self.value)) if isinstance(self.value, Scores) else {}
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        if isinstance(self.value, GroupedScores):
-            return self.value.to_json(self._told)
-        return self.value.to_json() | (self._told(self.value) if isinstance(self.value, Scores) else {})
-
-    def told(self) -> list[Block]:
-        """Return all of it, for the terminal, a page or a notebook."""
-        if isinstance(self.value, JodScales):
-            return jod_blocks(self.value)
-        if isinstance(self.value, HierarchicalFit):
-            return fit_blocks(self.value)
-        if isinstance(self.value, GroupedScores):
-            return group_blocks(self.value, self._further_blocks)
-        return [*score_blocks(self.value), *self._further_blocks(self.value)]
-
     def _told(self, scores: Scores) -> dict[str, Any]:
         if problem_lines(scores):
             return {}
-        further = self.further(scores)
+        further = self._further(scores)
         concluded = [one.to_json() for one in neighbour_conclusions(scores, further)]
         return {"conclusions": concluded} | {name: answer.to_json() for name, answer in further.items()}
 
     def _further_blocks(self, scores: Scores) -> list[Block]:
         if problem_lines(scores):
             return []
-        further = self.further(scores)
+        further = self._further(scores)
         best = neighbour_conclusions(scores, further, most=1)  # the best item and the next
         blocks: list[Block] = [Paragraph(one.sentence) for one in best]
         return [*blocks, *(block for answer in further.values() for block in answer_blocks(answer))]
 
 
+class ScoredGroups(ScoredScale):
+    """Scores within groups."""
+
+    value: GroupedScores  # type: ignore[assignment]  # several scales in place of one
+
+    @property
+    def problems(self) -> Sequence[str]:
+        """Why groups have no scores."""
+        return group_problem_lines(self.value)
+
+    @property
+    def title(self) -> str:
+        """Within how many groups, and by which model."""
+        return f"Scores within {len(self.value.groups)} groups by {self._by}, best first"
+
+    def scales(self) -> Sequence[tuple[str | None, list[dict[str, Any]]]]:
+        """Return the rows of each group, then those of all together."""
+        pooled = [self.value.pooled] if self.value.pooled else []
+        return [
+            *((name, part.item_rows()) for name, part in self.value.groups),
+            *((None, one.item_rows()) for one in pooled),
+        ]
+
+    def told(self) -> list[Block]:
+        """Return the scores of each group, and what else was asked for."""
+        return group_blocks(self.value, self._further_blocks)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the scores of each group with what else was asked for."""
+        return self.value.to_json(self._told)
+
+    def all_further(self) -> dict[str, Any]:
+        """Return what else was asked for of each group, by its name."""
+        return {name: self._further(part) for name, part in self.value.groups}
+
+
+class ScoredObservers(Scored):
+    """Scores of the typical observer, of observers who differ."""
+
+    value: HierarchicalFit
+    refused = (*Scored.refused, "method")
+
+    @classmethod
+    def of(cls, comparisons: Comparisons, options: ScoresOptions, common: Mapping[str, str] | None) -> Scored:
+        """Fit observers as a distribution, and write each observer's scores where that is asked for."""
+        fitted = fit_observers(
+            comparisons, options.model or "bradley-terry", alpha=options.alpha, adjust=options.adjust or "holm"
+        )
+        if options.observer_scores is not None:
+            write_whole(options.observer_scores, observer_table(fitted), private=True)
+        return cls(fitted, options)
+
+    @property
+    def title(self) -> str:
+        """By which model."""
+        return f"Scores of the typical observer by {self.options.model or 'bradley-terry'}, best first"
+
+    def scales(self) -> Sequence[tuple[str | None, list[dict[str, Any]]]]:
+        """Return the rows of each group."""
+        return [(one.get("name") or None, one["items"]) for one in self.value.to_json()["groups"]]
+
+    def told(self) -> list[Block]:
+        """Return the fit."""
+        return fit_blocks(self.value)
+
+
 def refuse_together(options: ScoresOptions) -> None:
     """Raise ResultsError if options were given that do not go together."""
-    by_pwcmp, at_random = options.method == "pwcmp", options.observers == "random"
+    at_random = options.observers == "random"
     LAWS.wanted(options.model or "bradley-terry", "model", ResultsError)
     if options.margin is not None:
         parse_margin(options.margin, options.model or "bradley-terry")
     if options.prior_sd is not None and options.method != "map":
         _refuse("prior_sd goes with the method map")
-    if not by_pwcmp and (options.jod_zero is not None or options.distance_prior is not None):
+    if options.method != "pwcmp" and (options.jod_zero is not None or options.distance_prior is not None):
         _refuse("jod_zero and distance_prior go with the method pwcmp")
-    if by_pwcmp and options.model not in (None, "thurstone"):
-        _refuse("the method pwcmp is for the model thurstone")
+    method, kind = _kind(options.method), _kind(options.way)
+    if method.model and options.model not in (None, method.model):
+        _refuse(f"the method {options.method} is for the model {method.model}")
     if not at_random and options.observer_scores is not None:
         _refuse("observer_scores goes with observers random")
-    others = (*_OF_ONE_FIT, "method") if at_random else (*_OF_ONE_FIT, "observers") if by_pwcmp else ()
+    told = "observers random" if at_random else f"the method {options.method}"
     for field in fields(options):
-        if field.name in others and field.default is not MISSING and getattr(options, field.name) != field.default:
-            _refuse(f"{field.name} does not go with {'observers random' if at_random else 'the method pwcmp'}")
+        if (
+            field.name in kind.refused
+            and field.default is not MISSING
+            and getattr(options, field.name) != field.default
+        ):
+            _refuse(f"{field.name} does not go with {told}")
+
+
+def _kind(name: str) -> type[Scored]:
+    if name in ("pwcmp", "observers.random") and name not in METHODS:
+        remedy = f"install a package that adds to {METHODS.group}"
+        raise ResultsError(Finding(f"there is no method '{name}'", remedy=remedy))
+    return METHODS.wanted(name, "method", ResultsError)
 
 
 def _refuse(what: str) -> None:
@@ -183,37 +245,8 @@ def score_table(comparisons: Comparisons, options: ScoresOptions, *, common: Map
     (0.75, [])
     """
     refuse_together(options)
-    with LAWS.blamed(options.model or "bradley-terry"):
-        return _scored(comparisons, options, common)
-
-
-def _scored(comparisons: Comparisons, options: ScoresOptions, common: Mapping[str, str] | None) -> Scored:
-    if options.observers == "random":
-        fitted = fit_observers(
-            comparisons, options.model or "bradley-terry", alpha=options.alpha, adjust=options.adjust or "holm"
-        )
-        if options.observer_scores is not None:
-            write_whole(options.observer_scores, observer_table(fitted), private=True)
-        return Scored(fitted, options)
-    if options.method == "pwcmp":
-        scales = scale_jod(
-            comparisons,
-            zero=options.jod_zero,
-            prior=options.distance_prior or "gaussian",
-            alpha=options.alpha,
-            adjust=options.adjust or "none",
-        )
-        return Scored(scales, options)
-    how = ScoreOptions(
-        alpha=options.alpha,
-        adjust=options.adjust or "holm",
-        method=options.method,
-        prior_sd=DEFAULT_PRIOR_SD if options.prior_sd is None else options.prior_sd,
-        order_effect=options.order_effect,
-        covariance=options.covariance,
-        quasi_variances=options.quasi_variances,
-    )
-    model = options.model or "bradley-terry"
-    if comparisons.groups:
-        return Scored(score_groups(comparisons, model, common=common, **how), options)
-    return Scored(score(comparisons, model, **how), options)
+    with LAWS.blamed(options.model or "bradley-terry"), METHODS.blamed(options.way):
+        scored = METHODS[options.way].of(comparisons, options, common)
+        if not isinstance(scored, Scored):
+            raise TypeError(f"{type(scored).__name__} in place of Scored")
+    return scored

@@ -13,12 +13,12 @@ from scipy.sparse import csr_array
 from scipy.special import log_ndtr, ndtr
 
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.jod.fits import fit_jod
 from analysis.scaling import MODELS, Model, compared_groups, fit, fit_model, probabilities, score, score_groups
 from analysis.scaling.fitting import fit_batch, fit_sparse
 from analysis.scaling.laws import Davidson, RaoKupper
 from analysis.scaling.separation import strong_groups
 from documents.arrays import Floats
+from extensions.inference import fit_jod
 from tests.stress.answered import answered
 from tests.stress.how_many import how_many
 from tests.stress.memory import peak_kb

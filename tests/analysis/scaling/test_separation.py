@@ -27,7 +27,7 @@ from analysis.scaling import (
     score_blocks,
 )
 from analysis.scaling.laws import Davidson
-from analysis.scaling.separation import explain, find_separation, separated_items, strong_groups
+from analysis.scaling.separation import find_separation, separated_items, separation_sentences, strong_groups
 from analysis.scaling.shown import remedies
 from documents.pages import Paragraph
 from tests.kept import known
@@ -89,14 +89,14 @@ def test_separated_items_stand_outside_the_one_largest_group(
 
 def test_sentences_say_who_never_lost_or_won_or_met_the_others() -> None:
     chain = np.array([[0, 2, 0], [0, 0, 3], [0, 0, 0]], dtype=float)
-    assert explain(strong_groups(chain), chain, "abc") == [
+    assert separation_sentences(strong_groups(chain), chain, "abc") == [
         "'a': never lost to any of the other items (2 wins).",
         "'b': never won against 'a', never lost to 'c'.",
         "'c': never won against any of the other items (3 losses).",
     ]
     apart = np.zeros((3, 3))
     apart[0, 1] = apart[1, 0] = 1
-    assert explain(strong_groups(apart), apart, "abc") == [
+    assert separation_sentences(strong_groups(apart), apart, "abc") == [
         "'a', 'b': never compared with the other items.",
         "'c': never compared with the other items.",
     ]

@@ -9,17 +9,17 @@ from typing import Any, ClassVar, TypedDict, Unpack
 
 import numpy as np
 
-from analysis.bootstrap.replicates import draw_observers
-from analysis.choices import Adjust
-from analysis.classes.classes import Classes, best_first, check_level, classes_if_few, classify
-from analysis.comparisons.comparisons import Comparisons, split_groups
+from analysis.bootstrap import draw_observers
+from analysis.choices import Adjust, DistancePrior
+from analysis.classes import Classes, best_first, check_level, classes_if_few, classify
+from analysis.comparisons import Comparisons, split_groups
 from analysis.errors import ResultsError, naming
-from analysis.jod.fits import check_counts, fit_jod
-from analysis.jod.outliers import ObserverLikelihood, observer_likelihoods
-from analysis.scaling.distance_prior import DISTANCE_PRIORS, DistancePrior
 from documents import Finding
 from documents.arrays import Floats
 from documents.text import JsonResult, did_you_mean
+from extensions.inference.distance_prior import DISTANCE_PRIORS
+from extensions.inference.jod_fits import check_counts, fit_jod
+from extensions.inference.jod_outliers import ObserverLikelihood, observer_likelihoods
 
 REPLICATES, SEED = 500, 2016  # pwcmp draws 500 times
 FEWEST_DRAWS = 20
@@ -137,7 +137,7 @@ def scale_jod(comparisons: Comparisons, **options: Unpack[JodOptions]) -> JodSca
         Answers with whole counts of at most 200 items; answers that prefer neither item are left out.
     **options
         ``zero``, the item at 0 JOD, by default the first of the table, or of the group; ``prior``, one of ``gaussian``,
-        ``bounded`` and ``none``, as `analysis.scaling.distance_prior` has them; ``alpha``, 0.05, for intervals and
+        ``bounded`` and ``none``, as `extensions.inference.distance_prior` has them; ``alpha``, 0.05, for intervals and
         classes; ``adjust``, ``none`` as in pwcmp, the correction of the classes; ``replicates``, 500, and ``seed`` of
         the bootstrap.
 

@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Comparisons
+from analysis.choices import DistancePrior
+from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.scaling.distance_prior import JOD_PER_SD, PRIORS, DistancePrior, all_pairs
-from analysis.scaling.laws import LAWS
-from analysis.scaling.newton import maximise
-from analysis.scaling.separation import compared_groups, explain, strong_groups
+from analysis.scaling import LAWS, compared_groups, maximise, separation_sentences, strong_groups
 from documents import Finding
 from documents.arrays import Floats
+from extensions.inference.distance_prior import JOD_PER_SD, PRIORS, all_pairs
 
 MOST_ITEMS = 200
 BLOCK_NUMBERS = 4_000_000
@@ -75,7 +74,7 @@ def check_counts(comparisons: Comparisons, prior: DistancePrior) -> None:
         raise ResultsError(Finding(f"{what}: pwcmp takes whole counts", remedy="use another method, such as map"))
     linked = wins + wins.T if prior != "none" else wins
     if len(strong_groups(linked)) > 1:
-        sentences = explain(strong_groups(linked), wins, items)
+        sentences = separation_sentences(strong_groups(linked), wins, items)
         alone = len(compared_groups(wins)) > 1
         remedy = "compare items of different groups with each other" if alone else "use --distance-prior gaussian"
         raise ResultsError([Finding(sentence, remedy=remedy) for sentence in sentences])

@@ -13,13 +13,13 @@ import pytest
 from scipy.stats import binom, norm
 
 from analysis.bootstrap import draw_observers
+from analysis.choices import DistancePrior
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.jod import scale_jod
-from analysis.jod.fits import fit_jod
-from analysis.scaling import LAWS, DistancePrior
-from analysis.scaling.distance_prior import PRIORS, all_pairs
+from analysis.scaling import LAWS
+from cyclopean.testing import prove_method
 from documents.arrays import Floats
+from extensions.inference import PRIORS, all_pairs, fit_jod, scale_jod
 from tests.choice import nightly
 
 # JOD as pwcmp has them: published results, and its objective written out plainly.
@@ -298,3 +298,7 @@ def test_what_has_no_scale_is_refused(told: list[Answer], options: dict[str, obj
 def test_options_that_do_not_go_together(cyclopean: Call, words: list[str], message: str) -> None:
     done = cyclopean("scores", "-", *words, expect=2)
     assert message in done.stderr
+
+
+def test_its_way_to_score_keeps_what_is_promised_of_every_one() -> None:
+    assert len(prove_method("pwcmp")) == 5

@@ -13,11 +13,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from analysis.comparisons.comparisons import Comparisons
-from analysis.jod.fits import fit_jod
-from analysis.scaling.distance_prior import JOD_PER_SD, DistancePrior
+from analysis.choices import DistancePrior
+from analysis.comparisons import Comparisons
 from documents.arrays import Floats
 from documents.text import JsonResult
+from extensions.inference.distance_prior import JOD_PER_SD
+from extensions.inference.jod_fits import fit_jod
 
 WORTH_A_LOOK = 1.5
 LEAST_LOG = float(np.log(1e-200))  # pwcmp's least probability of a pair's answers

@@ -2,12 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
-from analysis.jod.outliers import ObserverLikelihood
-from analysis.jod.scale import JodScale, JodScales
+from analysis.comparisons import Comparisons
 from documents.pages import Block, Column, Heading, Paragraph, Table
 from documents.text import counted
+from extensions.inference.jod_outliers import ObserverLikelihood
+from extensions.inference.jod_scale import JodScale, JodScales, scale_jod
+from runner.reports import Scored, ScoresOptions
+
+
+class ScoredJod(Scored):
+    """Scales in JOD as pwcmp has them, by ``--method pwcmp``."""
+
+    value: JodScales
+    model = "thurstone"
+
+    @classmethod
+    def of(cls, comparisons: Comparisons, options: ScoresOptions, common: Mapping[str, str] | None) -> ScoredJod:
+        """Scale ``comparisons`` in JOD, as `scale_jod` does."""
+        prior, adjust = options.distance_prior or "gaussian", options.adjust or "none"
+        scales = scale_jod(comparisons, zero=options.jod_zero, prior=prior, alpha=options.alpha, adjust=adjust)
+        return cls(scales, options)
+
+    @property
+    def problems(self) -> Sequence[str]:
+        """Which scales have not converged."""
+        return unsettled_lines(self.value)
+
+    @property
+    def title(self) -> str:
+        """Within how many groups."""
+        groups = len(self.value.scales)
+        return f"JOD{f' within {groups} groups' if groups > 1 else ''} as pwcmp has them, best first"
+
+    def scales(self) -> Sequence[tuple[str | None, list[dict[str, Any]]]]:
+        """Return the rows of each group."""
+        return [(name, [item.to_json() for item in scale.items]) for name, scale in self.value.scales]
+
+    def told(self) -> list[Block]:
+        """Return the scales, then how they were made."""
+        return jod_blocks(self.value)
 
 
 def jod_blocks(scales: JodScales) -> list[Block]:
@@ -26,7 +64,7 @@ def jod_blocks(scales: JodScales) -> list[Block]:
     Examples
     --------
     >>> from analysis.comparisons import Answer, from_answers
-    >>> from analysis.jod import scale_jod
+    >>> from extensions.inference import scale_jod
     >>> from documents.pages import print_blocks
     >>> answers = [Answer("b", "a", 75), Answer("a", "b", 25)]
     >>> print_blocks(jod_blocks(scale_jod(from_answers(answers), prior="none"))[:1])

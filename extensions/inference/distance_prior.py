@@ -23,10 +23,8 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.choices import DistancePrior as DistancePrior
-from analysis.scaling.counts import Counts
-from analysis.scaling.laws import Slopes, hazard
-from analysis.scaling.penalty import NO_PENALTY, NoPenalty, Penalty
+from analysis.choices import DistancePrior
+from analysis.scaling import Counts, NoPenalty, Probit, Slopes
 from documents.arrays import Floats
 
 DISTANCE_PRIORS: tuple[DistancePrior, ...] = get_args(DistancePrior)
@@ -101,7 +99,7 @@ class _Likelihoods:
         total = both.sum(axis=1, keepdims=True) + EPSILON
         scale = self.weight / total
         pull = self.compared / (((both + 2 * EPSILON) * scale).sum(axis=2, keepdims=True) + FLOOR)
-        ahead, behind = hazard(d)[:, :, None], hazard(-d)[:, :, None]
+        ahead, behind = Probit.hazard(d)[:, :, None], Probit.hazard(-d)[:, :, None]
         there, back = self.a * ahead - self.b * behind, self.b * ahead - self.a * behind
         rise = self.there * there + self.back * back
         shared = (pull * (both + 2 * EPSILON)).sum(axis=1, keepdims=True) / total
@@ -169,4 +167,4 @@ def all_pairs(wins: Floats) -> Counts:
     return Counts(wins.shape[1], first, second, won, lost, np.zeros_like(won))
 
 
-PRIORS: dict[DistancePrior, Penalty] = {"gaussian": GaussianDistances(), "bounded": Bounded(), "none": NO_PENALTY}
+PRIORS: dict[DistancePrior, NoPenalty] = {"gaussian": GaussianDistances(), "bounded": Bounded(), "none": NoPenalty()}

@@ -1,0 +1,12 @@
+from .distance_prior import PRIORS as PRIORS
+from .distance_prior import all_pairs as all_pairs
+from .jod_fits import fit_jod as fit_jod
+from .jod_outliers import ObserverLikelihood as ObserverLikelihood
+from .jod_scale import JodItem as JodItem
+from .jod_scale import JodOptions as JodOptions
+from .jod_scale import JodScale as JodScale
+from .jod_scale import JodScales as JodScales
+from .jod_scale import scale_jod as scale_jod
+from .jod_shown import ScoredJod as ScoredJod
+from .jod_shown import jod_blocks as jod_blocks
+from .jod_shown import unsettled_lines as unsettled_lines
