@@ -22,7 +22,7 @@ from devices.characterise import table_c1_codes, thesis_display
 from devices.characterise.channel_fit import fit_channels
 from devices.characterise.thesis import THESIS_CURVES
 from documents.arrays import Floats
-from stimuli.luminance import contrast_over_exposure
+from extensions.sparkle import contrast_over_exposure
 from stimuli.pictures import StereoImage
 from tests.example_displays import noisy
 

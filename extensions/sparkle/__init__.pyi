@@ -1,3 +1,5 @@
+from .exposures import ContrastOverExposure as ContrastOverExposure
+from .exposures import contrast_over_exposure as contrast_over_exposure
 from .flakes import scatter_flakes as scatter_flakes
 from .plate_recipe import SparklePlateRecipe as SparklePlateRecipe
 from .scene import wavelengths_nm as wavelengths_nm

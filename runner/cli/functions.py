@@ -40,7 +40,6 @@ FUNCTIONS: Mapping[str, Callable[[], click.Command]] = MappingProxyType(
         "preview": partial(command_of, "runner.reports.screens.preview", lines=_pictures, indent=None),
         "doctor": partial(command_of, "runner.check.doctor.examine_machine"),
         "stimuli build": partial(command_of, "stimuli.build.report.build_report", threads, indent=1),
-        "stimuli contrast": partial(command_of, "runner.reports.contrast.contrast"),
         "display patches": partial(command_of, "runner.measuring.show_patches.show_patches", indent=None),
         "display new": partial(command_of, "devices.display.nominal.write_nominal_display", indent=None),
         "display measure": partial(command_of, "runner.measuring.station.measure_display", indent=None),

@@ -1,6 +1,3 @@
-from .exposures import ContrastOverExposure as ContrastOverExposure
-from .exposures import contrast_over_exposure as contrast_over_exposure
-from .exposures import exposure_words as exposure_words
 from .saturation import tone_mapping as tone_mapping
 from .scale import factor_to as factor_to
 from .scale import mean_luminance_cd_m2 as mean_luminance_cd_m2

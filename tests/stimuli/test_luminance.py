@@ -1,4 +1,4 @@
-"""Factors, statistics and exposures of luminance, as thesis Tables 4.3 and Figures 4.10 and 4.11 have them."""
+"""Factors and statistics of luminance, as thesis Table 4.3 has them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ from devices.colour import xyY_from_XYZ
 from devices.display import DisplayModel, EyeModels, Plvc, TableCurve, ToneCurve, read_display
 from stimuli.errors import StimulusError
 from stimuli.luminance import (
-    ContrastOverExposure,
-    contrast_over_exposure,
     factor_to,
     mean_luminance_cd_m2,
     picture_statistics,
@@ -463,91 +461,3 @@ def test_what_of_table_4_3_can_be_recomputed(shared_data: Path) -> None:
     # Were the same pixels full in all, luminance times exposure would be the same.
     full_well = [most[name] * float(Fraction(rows[name]["exposure_s"])) for name in ("1.1", "2.1", "3.1")]
     assert full_well == pytest.approx([13.69, 13.09, 15.65], abs=0.005)
-
-
-# Contrast of sparkles over exposure, as thesis Figures 4.10 and 4.11 show it.
-
-ROOT = Path(__file__).parents[2]
-FULL_CD_S_M2, BASE_CD_M2 = 10.0, 3.0
-
-
-@pytest.fixture(scope="module")
-def exposures_models() -> EyeModels:
-    return read_display(ROOT / "configs/displays/asus_vg248qe.yaml").models("quad-buffered")
-
-
-def exposed(exposure_s: float, sparkles_cd_m2: NDArray[np.float64] | None = None) -> StereoImage:
-    """A plate of 3 cd/m² with sparkles, on a sensor that holds 10 cd·s/m²."""
-    luminance = np.full((192, 192), BASE_CD_M2)
-    bright = np.full(36, 1e4) if sparkles_cd_m2 is None else sparkles_cd_m2
-    at = 16 + 32 * np.arange(6)
-    luminance[np.repeat(at, 6), np.tile(at, 6)] = bright
-    luminance = np.minimum(luminance, FULL_CD_S_M2 / exposure_s)
-    return StereoImage.flat(np.asarray(luminance[..., None] * [0.95, 1.0, 0.82], np.float32))
-
-
-def over(*times: float, models: EyeModels | None = None, mean_cd_m2: float | None = None) -> ContrastOverExposure:
-    return contrast_over_exposure([(f"{t:g}", t, exposed(t)) for t in times], models, mean_cd_m2=mean_cd_m2)
-
-
-def test_a_full_sensor_s_contrast_is_its_capacity_over_exposure_and_background() -> None:
-    found = over(1.0, 0.05, 0.2)
-    assert [row.exposure_s for row in found.rows] == [0.05, 0.2, 1.0]
-    assert found.sparkles == 36
-    for row in found.rows:
-        sparkle = FULL_CD_S_M2 / row.exposure_s
-        assert row.as_photographed.contrast.value == pytest.approx(sparkle / BASE_CD_M2 - 1, rel=1e-6)
-        assert row.max_cd_m2 == pytest.approx(sparkle, rel=1e-6)
-        # Figure 4.10: bright pixels stay as they are, dark ones grow with the exposure.
-        assert row.exposed_sparkle_cd_s_m2 == pytest.approx(FULL_CD_S_M2, rel=1e-6)
-        assert row.exposed_background_cd_s_m2 == pytest.approx(BASE_CD_M2 * row.exposure_s, rel=1e-6)
-        assert row.as_shown is None
-
-
-def test_the_display_clips_what_the_short_exposure_has_kept(exposures_models: EyeModels) -> None:
-    """Calibrated to one mean, short exposures lose on the display what they had before the long ones; long ones not."""
-    found = over(0.05, 0.2, 2.0, models=exposures_models)
-    shown = [row.as_shown.contrast.value for row in found.rows if row.as_shown is not None]
-    photographed = [row.as_photographed.contrast.value for row in found.rows]
-    assert shown[0] < 0.5 * photographed[0]
-    assert shown[0] == pytest.approx(shown[1], rel=1e-6)  # both sparkles are beyond the display's brightest
-    assert shown[2] == pytest.approx(photographed[2], rel=1e-6)
-    # The slow way: the model's light of the model's code, pixel by pixel.
-    model: DisplayModel = exposures_models.left
-    sparkle, base = (
-        model.xyz(model.code(np.array([0.95, 1.0, 0.82]) * luminance))[1] for luminance in (200.0, BASE_CD_M2)
-    )
-    assert shown[0] == pytest.approx(sparkle / base - 1, rel=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("pictures", "words"),
-    [
-        ([], "there is none"),
-        ([("a", 1.0, exposed(1.0)), ("b", 1.0, exposed(1.0))], "there is one"),
-        ([("a", 1.0, exposed(1.0)), ("b", 0.0, exposed(1.0))], "no time above 0 s"),
-        ([("a", 1.0, exposed(1.0)), ("b", 2.0, StereoImage.flat(np.ones((9, 8, 3), np.float32)))], "8 × 9 px and 192"),
-        ([("a", t, StereoImage.flat(np.ones((64, 64, 3), np.float32))) for t in (1.0, 2.0)], "'a', the shortest"),
-    ],
-)
-def test_what_gives_no_series_is_refused(pictures: list[tuple[str, float, StereoImage]], words: str) -> None:
-    with pytest.raises(StimulusError, match=words):
-        contrast_over_exposure(pictures)
-
-
-def test_where_nothing_is_full_contrast_stays() -> None:
-    some = np.linspace(10, 30, 36)
-    found = contrast_over_exposure([(str(t), t, exposed(t, some)) for t in (0.01, 0.1, 0.3)])
-    contrasts = [row.as_photographed.contrast for row in found.rows]
-    assert [one.value for one in contrasts] == pytest.approx([float(np.mean(some / BASE_CD_M2 - 1))] * 3, rel=1e-6)
-    weber = some / BASE_CD_M2 - 1
-    assert contrasts[0].se == pytest.approx(float(weber.std(ddof=1) / 6), rel=1e-5)
-
-
-def test_pictures_are_brought_to_one_mean_which_leaves_contrast_as_it_is() -> None:
-    plain, calibrated = over(0.05, 1.0), over(0.05, 1.0, mean_cd_m2=5.0)
-    for before, after in zip(plain.rows, calibrated.rows, strict=True):
-        assert after.mean_cd_m2 == pytest.approx(5, rel=1e-6)
-        assert after.factor == pytest.approx(5 / before.mean_cd_m2, rel=1e-6)
-        assert after.as_photographed.contrast.value == pytest.approx(before.as_photographed.contrast.value, rel=1e-5)
-        assert after.exposed_background_cd_s_m2 == pytest.approx(before.exposed_background_cd_s_m2, rel=1e-5)

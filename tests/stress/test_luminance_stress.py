@@ -14,9 +14,10 @@ from devices.characterise import table_c1_codes
 from devices.characterise.thesis import thesis_fits
 from devices.display import DisplayModel, ToneCurve
 from extensions.measures import pu21_decoded, pu21_encoded
+from extensions.sparkle import contrast_over_exposure
 from stimuli.comparison import summarise
 from stimuli.errors import StimulusError
-from stimuli.luminance import contrast_over_exposure, picture_statistics
+from stimuli.luminance import picture_statistics
 from stimuli.luminance.saturation import largest_factor, measure_saturation
 from stimuli.measures import (
     PicturePair,

@@ -24,8 +24,6 @@ from extensions.sparkle.light import Colour, LightTerm, PlateLight
 from extensions.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions
 from extensions.sparkle.scene import Camera, Lamp, Plate
 from extensions.sparkle.studio import photograph, sparkle_map
-from stimuli.luminance import contrast_over_exposure
-from stimuli.pictures import StereoImage
 from stimuli.recipes import read_recipe
 from tests.threads import shared_and_alike
 
@@ -551,30 +549,3 @@ def test_one_thread_or_several_give_the_same_bits(monkeypatch: pytest.MonkeyPatc
 
 def test_equal_tiles_are_equal_values() -> None:
     assert tiles_of(PLATE, CAMERA) == Tiles(30.0, 20.0, 438, 292, 256)
-
-
-# Contrast of sparkles over exposure, as thesis Figures 4.10 and 4.11 show it.
-
-# Table 4.3: exposure and maximum luminance of Images 1.1, 2.1 and 3.1.
-TABLE_4_3 = ((1 / 15, 205.3), (1 / 8, 104.7), (1.0, 15.65))
-
-
-def test_table_4_3_shows_a_full_sensor_and_the_plate_made_after_it_does_as_figures_4_10_and_4_11_say() -> None:
-    held = [time * most for time, most in TABLE_4_3]
-    # 13.7, 13.1 and 15.7 cd·s/m²: the brightest pixels hold the same while the exposure grows by 15.
-    assert max(held) / min(held) < 1.2
-    light = plate_light(PLATE, [LAMP], CAMERA, "left", scatter_flakes(PLATE, 1))
-    pictures = []
-    for time, _ in TABLE_4_3:
-        xyz = photograph(light, CAMERA, time, 1 / CAMERA.resolution_px_per_mm).xyz_cd_m2
-        pictures.append((f"{time:.3g} s", time, StereoImage.flat(xyz)))
-    rows = contrast_over_exposure(pictures).rows
-    long = rows[-1]
-    assert long.max_cd_m2 == pytest.approx(TABLE_4_3[-1][1], rel=0.2)
-    contrasts = [row.as_photographed.contrast.value for row in rows]
-    assert contrasts == sorted(contrasts, reverse=True)
-    assert contrasts[-1] < 0.75 * contrasts[0]  # Figure 4.10: contrast falls as the exposure grows
-    widths = [row.width_px for row in rows]
-    assert widths[-1].value - widths[0].value > 5 * np.hypot(widths[0].se, widths[-1].se)  # Figure 4.11: wider
-    background = [row.exposed_background_cd_s_m2 / row.exposure_s for row in rows]
-    np.testing.assert_allclose(background, background[0], rtol=0.01)

@@ -13,8 +13,9 @@ from documents.figures import DEEP, FAINT, INK, SERIES_COLOURS, WIDE_IN, Drawing
 from documents.files import whole_file, write_whole, writing
 from documents.options import Typed
 from documents.text import did_you_mean
+from extensions.sparkle.exposures import ContrastOverExposure, contrast_over_exposure, exposure_words
+from runner.cli import command_of
 from stimuli.build import StimulusSet, build_set, display_of
-from stimuli.luminance import ContrastOverExposure, contrast_over_exposure, exposure_words
 from stimuli.pictures import StereoImage
 from stimuli.recipes import DisplaySetup
 from stimuli.sparkles import SparkleThreshold
@@ -66,8 +67,8 @@ def contrast(
     WorkError
         If the figure cannot be written.
     """
-    if figure is not None:
-        check_figure(figure)
+    if figure is not None and figure.suffix.lower() not in _SUFFIXES:
+        raise InputError(Finding("the figure is no .svg or .pdf file", str(figure), remedy="name one"))
     shown_by, pitch_mm = display_of(rig, pixel_pitch_mm, ask_monitor)
     built = build_set(recipe, pitch_mm, progress, setup=None if shown_by is None else DisplaySetup.of(shown_by))
     models = None if shown_by is None else shown_by.models
@@ -97,11 +98,9 @@ def _pictures(built: StimulusSet, names: Sequence[str]) -> list[tuple[str, float
             raise InputError(Finding(f"the stimulus '{name}' has no exposure", file, remedy="leave it out"))
         chosen[name] = exposure_s
     if not names:
-        chosen = {
-            name: _statistics(built, name)["exposure_s"]
-            for name in built.names
-            if _statistics(built, name)["exposure_s"] is not None and _statistics(built, name)["luminance_scale"] == 1
-        }
+        told = {name: _statistics(built, name) for name in built.names}
+        plain = {name: of["exposure_s"] for name, of in told.items() if of["luminance_scale"] == 1}
+        chosen = {name: exposure_s for name, exposure_s in plain.items() if exposure_s is not None}
         in_stereo = {built.factors(name).get("image") for name in chosen if _is_stereo(built, name)}
         chosen = {
             name: exposure_s
@@ -129,12 +128,6 @@ def _statistics(built: StimulusSet, name: str) -> dict[str, Any]:
 
 def _is_stereo(built: StimulusSet, name: str) -> bool:
     return built.factors(name).get("view") == "stereo"
-
-
-def check_figure(figure: Path) -> None:
-    """Refuse a figure that is neither SVG nor PDF. Raises InputError."""
-    if figure.suffix.lower() not in _SUFFIXES:
-        raise InputError(Finding("the figure is no .svg or .pdf file", str(figure), remedy="name one"))
 
 
 def write_figure(found: ContrastOverExposure, figure: Path) -> None:
@@ -187,3 +180,6 @@ def contrast_figure(found: ContrastOverExposure) -> Drawing:
             axes.patch.set_alpha(0)
             axes.legend(frameon=False, fontsize=9)
         return drawn(figure, f"Contrast of {found.sparkles} sparkles over exposure, {found.eye} eye")
+
+
+contrast_command = command_of("extensions.sparkle.contrast.contrast")

@@ -20,14 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel, EyeModels
+from devices.eyes import Eye
 from documents import Finding
 from documents.text import JsonResult, with_error
 from stimuli.errors import StimulusError
-from stimuli.luminance.scale import factor_to
-from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
-from stimuli.sparkles.background import local_background
-from stimuli.sparkles.find import SparkleThreshold, find_peaks
-from stimuli.sparkles.measure import Uncertain, measure_sparkles
+from stimuli.luminance import factor_to
+from stimuli.pictures import StereoImage, XYZImage
+from stimuli.sparkles import SparkleThreshold, Uncertain, find_peaks, local_background, measure_sparkles
 
 Luminance = NDArray[np.float32]
 _ROWS = 64
