@@ -80,6 +80,9 @@ def compared_groups(wins: Floats | csr_array) -> Groups:
     >>> compared_groups(np.array([[0, 3, 0], [0, 0, 0], [0, 0, 0]]))
     ((0, 1), (2,))
     """
+    # Most often all items hang together. That is seen without SciPy, which takes long to load.
+    if isinstance(wins, np.ndarray) and len(wins) and _all_reached(((wins > 0) | (wins.T > 0))[None])[0]:
+        return (tuple(range(len(wins))),)
     return tuple(_components(wins, "weak")[0])
 
 

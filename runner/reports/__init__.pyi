@@ -11,12 +11,12 @@ from .display.page import short as short
 from .export import EXPORTERS as EXPORTERS
 from .export import Exported as Exported
 from .export import export_results as export_results
+from .files import experiment_files as experiment_files
+from .files import given_facts as given_facts
 from .options import About as About
 from .options import ClassOptions as ClassOptions
 from .options import ReportOptions as ReportOptions
 from .options import ScoresOptions as ScoresOptions
-from .results import experiment_files as experiment_files
-from .results import given_facts as given_facts
 from .results import report_results as report_results
 from .scored import METHODS as METHODS
 from .scored import Scored as Scored

@@ -7,14 +7,14 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
 from analysis.errors import ResultsError
 from analysis.observers import check_tests
-from analysis.records import Header, kept_experiments, pool, read_results
+from analysis.records import Header, pool, read_results
 from analysis.report import Report, report_blocks, write_report
 from documents import Finding, InputError, WorkError
 from documents.files import read_regular_text, whole_file, writing
@@ -22,9 +22,8 @@ from documents.fonts import undrawable
 from documents.options import Typed
 from documents.pages import Block
 from documents.text import JsonResult
-from documents.yaml import load_document
 from runner.errors import SessionError
-from runner.protocol.shipped import shipped_folder
+from runner.reports.files import experiment_files, given_facts
 from runner.reports.options import ReportOptions
 from runner.reports.thumbnails import find_shown, thumbnails
 
@@ -201,49 +200,6 @@ def stimulus_pictures(
         remedy = "name the experiment file of these sessions, or leave --experiment out"
         raise ResultsError(Finding(what, str(experiment), remedy=remedy))
     return {}
-
-
-def given_facts(header: Header, experiment: Path | None, results: Path, versions: Collection[str]) -> Mapping[str, str]:
-    """Return the facts for Methods that the experiment file of a session gives, by the code of their item.
-
-    Without ``experiment``, its file is looked for where `stimulus_pictures` looks, and must say what one of the
-    ``versions`` said that the sessions were made with, by their SHA-256; of several files the first one with facts
-    counts.
-
-    Raises
-    ------
-    InputError
-        If ``experiment`` is named, but cannot be read or is not that of the session.
-    """
-    from runner.protocol.experiment import ExperimentSpec
-
-    if experiment is not None:
-        spec, source = load_document(experiment, ExperimentSpec, "experiment")
-        if spec.name != header.experiment:
-            what = f"the results are of the experiment '{header.experiment}', not of '{spec.name}'"
-            raise ResultsError(source.finding(("name",), what, "name the experiment file of these sessions"))
-        return spec.facts
-    for file in experiment_files(header, results):
-        try:
-            spec, _ = load_document(file, ExperimentSpec, "experiment")
-        except InputError:  # none there, or one that is being edited: `check` says what is wrong with it
-            continue
-        if spec.facts and spec.name == header.experiment and spec.digest in versions:
-            return spec.facts
-    return {}
-
-
-def experiment_files(header: Header, results: Path) -> list[Path]:
-    """Return where the file of a session's experiment usually lies, whether it is there or not.
-
-    That is in ``experiments``, in the folder of a study that holds ``results``, in a study's folder of its name, and
-    among the files that were kept beside the session.
-    """
-    name = Path(header.experiment).name
-    usual = [root / "experiments" / f"{name}.yaml" for root in (Path.cwd(), shipped_folder())]
-    around = results.resolve()
-    usual += [folder / "experiment.yaml" for folder in (Path.cwd() / name, Path.cwd(), around, *around.parents[:3])]
-    return list(dict.fromkeys([*usual, *kept_experiments(around, name)]))
 
 
 def find_browser() -> str | None:
