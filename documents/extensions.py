@@ -6,8 +6,8 @@ A package offers a kind in the ``pyproject.toml`` of its own, as an entry point 
     same_or_different = "same_or_different.block:SameOrDifferent"
 
 and says in its ``__init__.py`` for which interface it was written: ``CYCLOPEAN_INTERFACE = 1``. A `Registry` holds the
-kinds of one group: our own, and those. Environments are looked through only for a name that is not known yet, which
-takes a tenth of a second, and by what lists all; what was found is kept in the user's cache.
+kinds of one group: our own, and those. An environment is looked through, which takes a tenth of a second, for a name
+that is not known yet and by what lists all; what was found is kept in the user's cache until packages change.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
@@ -91,20 +92,32 @@ class Environment:
         return user_folder("cache") / OWN / f"extensions-{where}.json"
 
     @cached_property
-    def _kept(self) -> tuple[Offer, ...]:
-        held = read_cached_json(self._file)
-        with suppress(TypeError):
-            return tuple(Offer(**each) for each in held)
-        return ()
+    def _held(self) -> tuple[str, tuple[Offer, ...]]:
+        """What the cache says: the packages that it was made from, as `_packages` has them, and what they offer."""
+        with suppress(TypeError, KeyError):
+            held = read_cached_json(self._file)
+            return held["packages"], tuple(Offer(**each) for each in held["offers"])
+        return "", ()
 
     @cached_property
     def _scanned(self) -> tuple[Offer, ...]:
-        return self.scan()
+        packages, offers = self._held
+        return offers if packages == self._packages() else self.scan()
+
+    def _packages(self) -> str:
+        """Return a digest of which packages lie where, and of when was written what they offer."""
+        found: list[tuple[object, ...]] = []
+        for folder in sys.path if self._path is None else self._path:
+            with suppress(OSError):
+                lying = (each for each in os.scandir(folder or ".") if each.name.endswith((".dist-info", ".egg-info")))
+                found += sorted((folder, each.name, *_written(each.path)) for each in lying)
+        return hashlib.sha256(repr(found).encode()).hexdigest()
 
     def scan(self) -> tuple[Offer, ...]:
         """Look through the environment, and keep what was found."""
         from importlib.metadata import distributions
 
+        packages = self._packages()
         offers: dict[str, list[Offer]] = {}
         for each in distributions() if self._path is None else distributions(path=list(self._path)):
             with suppress(Exception):  # a package whose own files are broken is nobody's extension
@@ -114,11 +127,13 @@ class Environment:
                 if package:  # nobody could say which to leave out
                     offers.setdefault(package, given)  # the first one of a name is the one that is imported
         found = tuple(offer for _, given in sorted(offers.items()) for offer in given)
-        if found != self._kept:
+        if (packages, found) != self._held:
+            self._held = packages, found
             with suppress(OSError, InputError):
                 self._file.parent.mkdir(parents=True, exist_ok=True)
-                write_whole(self._file, json.dumps([asdict(offer) for offer in found]))
-        self._scanned = self._kept = found
+                held = {"packages": packages, "offers": [asdict(offer) for offer in found]}
+                write_whole(self._file, json.dumps(held))
+        self._scanned = found
         return found
 
     def all(self, group: str) -> list[Offer]:
@@ -131,13 +146,22 @@ class Environment:
         def of(offers: tuple[Offer, ...]) -> list[Offer]:
             return [offer for offer in offers if (offer.group, offer.name) == (group, name)]
 
-        return of(self._kept) or of(self._scanned)
+        return of(self._held[1]) or of(self._scanned)
 
     def again(self, offer: Offer) -> Offer | None:
         """Return what offers the same name now, the cache being out of date; None where nothing does."""
         if "_scanned" not in vars(self):
             self.scan()
         return next(iter(self.named(offer.group, offer.name)), None)
+
+
+def _written(folder: str) -> tuple[int, ...]:
+    """Return when a package's entry points were written, in nanoseconds, and their bytes; nothing without them."""
+    try:
+        found = os.stat(os.path.join(folder, "entry_points.txt"))
+    except OSError:
+        return ()
+    return found.st_mtime_ns, found.st_size
 
 
 ENVIRONMENT = Environment()

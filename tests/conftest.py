@@ -116,7 +116,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
 
     def look_again() -> None:
         importlib.invalidate_caches()
-        for found in ("_file", "_kept", "_scanned"):
+        for found in ("_file", "_held", "_scanned"):
             vars(ENVIRONMENT).pop(found, None)
         expected._schema.cache_clear()
 

@@ -55,7 +55,7 @@ def test_a_kind_of_another_package_is_as_good_as_ours(install: Install, tmp_path
     assert things.get("bowl") is None
 
 
-def test_only_an_unknown_name_looks_through_the_environment(install: Install, tmp_path: Path) -> None:
+def test_only_changed_packages_are_looked_through_for_an_unknown_name(install: Install, tmp_path: Path) -> None:
     install("pottery", SOUND, jug="Jug")
     assert _registry(tmp_path).get("jug") is not None
 
@@ -67,6 +67,10 @@ def test_only_an_unknown_name_looks_through_the_environment(install: Install, tm
         GROUP, {"cup": f"{__name__}:Cup"}, of_base(Thing), Blind([str(tmp_path / "site")])
     )
     assert things.get("cup") is Cup
+    assert things.names() == ("cup", "jug")
+    assert things.get("bowl") is None
+    install("bakery", SOUND, bowl="Jug")
+    things = Registry(GROUP, {"cup": f"{__name__}:Cup"}, of_base(Thing), Blind([str(tmp_path / "site")]))
     assert things.get("jug") is not None
     with pytest.raises(AssertionError):
         things.get("bowl")
