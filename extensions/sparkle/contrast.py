@@ -14,14 +14,12 @@ from documents.files import whole_file, write_whole, writing
 from documents.options import Typed
 from documents.text import did_you_mean
 from extensions.sparkle.exposures import ContrastOverExposure, contrast_over_exposure, exposure_words
-from runner.cli import command_of
 from stimuli.build import StimulusSet, build_set, display_of
 from stimuli.pictures import StereoImage
 from stimuli.recipes import DisplaySetup
 from stimuli.sparkles import SparkleThreshold
 
 _SHOWN = SERIES_COLOURS[1]
-_SUFFIXES = (".svg", ".pdf")
 
 
 def contrast(
@@ -67,7 +65,7 @@ def contrast(
     WorkError
         If the figure cannot be written.
     """
-    if figure is not None and figure.suffix.lower() not in _SUFFIXES:
+    if figure is not None and figure.suffix.lower() not in (".svg", ".pdf"):
         raise InputError(Finding("the figure is no .svg or .pdf file", str(figure), remedy="name one"))
     shown_by, pitch_mm = display_of(rig, pixel_pitch_mm, ask_monitor)
     built = build_set(recipe, pitch_mm, progress, setup=None if shown_by is None else DisplaySetup.of(shown_by))
@@ -180,6 +178,3 @@ def contrast_figure(found: ContrastOverExposure) -> Drawing:
             axes.patch.set_alpha(0)
             axes.legend(frameon=False, fontsize=9)
         return drawn(figure, f"Contrast of {found.sparkles} sparkles over exposure, {found.eye} eye")
-
-
-contrast_command = command_of("extensions.sparkle.contrast.contrast")

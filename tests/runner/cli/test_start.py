@@ -74,6 +74,7 @@ def test_no_heavy_library_is_imported_that_is_not_needed(study: Study, tmp_path:
     chains: list[list[tuple[Sequence[str], set[str]]]] = [
         [
             (("completion", "bash"), set()),
+            (("stimuli", "contrast", "--help"), set()),
             (("camera", "geometry", *geometry), {"numpy"}),
             (gamma, {"numpy"}),
             (correlate, {"numpy", "pydantic"}),
