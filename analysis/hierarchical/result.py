@@ -14,7 +14,7 @@ from analysis.classes.classes import Classes, best_first, classes_if_few, classi
 from analysis.covariance.laplacian import contrast_variances
 from analysis.errors import ResultsError
 from analysis.hierarchical.propagation import GroupAnswers, TiltedSites
-from analysis.hierarchical.spread import ObserverSd, mean_over_observers
+from analysis.hierarchical.spread import ObserverSd
 from analysis.scaling.laws import LAWS, Model
 from documents import Finding
 from documents.arrays import Floats
@@ -321,7 +321,7 @@ class HierarchicalFit:
             p = 2 * stdtr(self.df, -np.abs(d) / np.sqrt(tested))
             share = ndtr(d / (np.sqrt(2) * tau)) if tau > 0 else np.full_like(d, np.nan)
         reach, range_ = (float(stdtrit(self.df, 0.975)) * np.sqrt(v) for v in (variance, variance + 2 * tau**2))
-        average = [mean_over_observers(law, at, tau) for at in (d, d - reach, d + reach)]
+        average = [law.mean_over_observers(at, tau) for at in (d, d - reach, d + reach)]
         single = [law.probabilities(at, 0.0)[0] for at in (d, d - range_, d + range_)]
         columns = (d, np.sqrt(variance), d - reach, d + reach, p, single[0], *average, *single[1:])
         return tuple(

@@ -36,7 +36,6 @@ FAR_DROP, CLOSE_DROP = 8.0, 1.5
 FINE_POINTS = 801
 MANY_PAIRS, FEW_PAIRS = 200_000, 20_000
 FEW_SHARE, FIRST_SPREAD, CLOSE = 0.05, 0.5, 0.5
-HERMITE = np.polynomial.hermite_e.hermegauss(61)
 
 
 def mapped(work: Callable[..., Result], *columns: Sequence[Any], size: float) -> tuple[Result, ...]:
@@ -49,26 +48,6 @@ def mapped(work: Callable[..., Result], *columns: Sequence[Any], size: float) ->
 def unit(law: Law) -> float:
     """Return one nat's worth of difference in the units of the law's strengths, by the length of a JND."""
     return law.jnd / NATS_PER_JND
-
-
-def mean_over_observers(law: Law, d: Floats, spread: float) -> Floats:
-    """Return the chance of the first item, averaged over observers, at differences ``d`` of the typical observer."""
-    z, weight = HERMITE
-    chances = law.probabilities(d[..., None] + np.sqrt(2) * spread * z, 0.0)[0]
-    return np.asarray(chances @ (weight / weight.sum()))
-
-
-def flattening(law: Law, spread: float) -> float:
-    """Return a(τ), 0 to 1: the slope of the average chance at equal strengths, as a share of the typical observer's."""
-    z, weight = HERMITE
-    d = np.append(np.sqrt(2) * spread * z, 0.0)
-    once = np.ones((1, len(d)))
-    place = np.zeros(len(d), dtype=np.intp)
-    slope = (
-        law.probabilities(d, 0.0)[0]
-        * law.slopes(Counts(2, place, place + 1, once, 0 * once, 0 * once), d[None], 0.0).d[0]
-    )
-    return float(slope[:-1] @ weight / weight.sum() / slope[-1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +84,7 @@ class SpreadProfile:
 
         With ``slope_only`` the sites have no log Z, and their links are near the exact ones.
         """
-        now = flattening(self.law, spread)
+        now = self.law.flattening(spread)
         ratio = now / self._flattening
         starts = [replace(sites, theta=sites.theta / ratio, links=sites.links * ratio**2) for sites in self.sites]
         self._flattening = now
@@ -203,7 +182,7 @@ def estimate_spread(profile: SpreadProfile) -> SpreadEstimate | None:
     spread = ObserverSd(best, low, high, *_test(most - nodes[0].height))
     weights = _weights(tau, height, nodes)
     at = profile.look(best, FINE) if best > 0 else profile.back_to_zero()
-    share = np.array([flattening(profile.law, node.spread) for node in nodes]) / flattening(profile.law, best)
+    share = np.array([profile.law.flattening(node.spread) for node in nodes]) / profile.law.flattening(best)
     covariance = tuple(
         np.asarray(np.tensordot(weights * share**2, np.stack(matrices), 1))
         for matrices in zip(*(node.covariance for node in nodes), strict=True)
@@ -295,7 +274,7 @@ def _by_newton(profile: SpreadProfile) -> SpreadEstimate | None:
     width = float(np.sqrt(2 * DROP_95)) * error / best
     low, high = best * float(np.exp(-width)), best * float(np.exp(width))
     spread = ObserverSd(best, low, high, *_test(at.height - profile.nodes[0].height))
-    ratio = flattening(profile.law, three) / flattening(profile.law, best)
+    ratio = profile.law.flattening(three) / profile.law.flattening(best)
     there = replace(at, theta=tuple(ratio * theta for theta in at.theta))
     scale = (error * _log_slope(profile.law, best)) ** 2
     return SpreadEstimate(spread, there, tuple(ratio**2 * covariance for covariance in at.covariance), scale)
@@ -312,7 +291,7 @@ def _from_few(profile: SpreadProfile) -> tuple[float, float] | None:
     theta = [sites.theta for sites in profile.sites]
 
     def slope(spread: float) -> float:
-        flat = flattening(law, spread)
+        flat = law.flattening(spread)
         starts = [alike(answers, law, strengths / flat) for answers, strengths in zip(groups, theta, strict=True)]
         return sum(
             propagate(answers, law, spread, sites, ROUGH_FOR_MANY, fixed=True, slope_only=True).log_z_slope
@@ -347,4 +326,4 @@ def _some(answers: GroupAnswers, every: int) -> GroupAnswers:
 
 def _log_slope(law: Law, spread: float) -> float:
     """Return the derivative of log a by τ."""
-    return float(np.log(flattening(law, 1.01 * spread) / flattening(law, 0.99 * spread)) / (0.02 * spread))
+    return float(np.log(law.flattening(1.01 * spread) / law.flattening(0.99 * spread)) / (0.02 * spread))

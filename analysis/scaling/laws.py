@@ -19,6 +19,7 @@ log 3 = 1.0986 nats by Bradley and Terry's.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cache
 from typing import NamedTuple, get_args
 
 import numpy as np
@@ -105,6 +106,32 @@ class Law(ABC):
         """Return the chance, ties aside, at a ``difference`` of at least 0."""
         law = LOGISTIC if self.parameter else self
         return float(law.probabilities(np.array([difference]))[0][0])
+
+    def mean_over_observers(self, d: Floats, spread: float) -> Floats:
+        """Return the chance of the first item, averaged over observers, at differences ``d`` of the typical observer.
+
+        ``spread`` is the standard deviation of an item's strength between observers.
+        """
+        z, weight = _hermite()
+        chances = self.probabilities(d[..., None] + np.sqrt(2) * spread * z, 0.0)[0]
+        return np.asarray(chances @ (weight / weight.sum()))
+
+    def flattening(self, spread: float) -> float:
+        """Return the slope of `mean_over_observers` at equal strengths, a share (0 to 1) of the typical one's."""
+        z, weight = _hermite()
+        d = np.append(np.sqrt(2) * spread * z, 0.0)
+        once = np.ones((1, len(d)))
+        place = np.zeros(len(d), dtype=np.intp)
+        counts = Counts(2, place, place + 1, once, 0 * once, 0 * once)
+        slope = self.probabilities(d, 0.0)[0] * self.slopes(counts, d[None], 0.0).d[0]
+        return float(slope[:-1] @ weight / weight.sum() / slope[-1])
+
+
+@cache
+def _hermite() -> tuple[Floats, Floats]:
+    """Return nodes and weights for means over a normal distribution."""
+    z, weight = np.polynomial.hermite_e.hermegauss(61)
+    return z, weight
 
 
 class Logistic(Law):

@@ -14,7 +14,6 @@ from analysis.classes.multiplicity import MAXZ_SEED, single_step
 from analysis.covariance.laplacian import pseudo_inverse
 from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
-from analysis.hierarchical.spread import flattening, mean_over_observers
 from analysis.scaling.fitting import covariance_kind, fit
 from analysis.scaling.laws import LOGISTIC, probabilities
 from analysis.scaling.result import CovarianceKind
@@ -114,11 +113,11 @@ class Plan:
         theta = np.asarray(self.theta - self.theta.mean())
         if self.scores_of == "typical" or self.observer_sd == 0:
             return theta
-        typical, share = theta.copy(), flattening(LOGISTIC, self.observer_sd)
+        typical, share = theta.copy(), LOGISTIC.flattening(self.observer_sd)
         first, second = self.pairs
         times = np.atleast_2d(self.times).mean(axis=0)
         for _ in range(MOST_STEPS):
-            chances = mean_over_observers(LOGISTIC, typical[first] - typical[second], self.observer_sd).clip(0, 1)
+            chances = LOGISTIC.mean_over_observers(typical[first] - typical[second], self.observer_sd).clip(0, 1)
             wins = np.zeros((len(theta), len(theta)))
             wins[first, second], wins[second, first] = times * chances, times * (1 - chances)
             off = theta - fit(wins).theta

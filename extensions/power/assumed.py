@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Comparisons, from_sessions, read_any
 from analysis.errors import ResultsError
-from analysis.hierarchical import fit_observers, observer_spread
 from analysis.records import pool, read_results
-from analysis.scaling import score, score_groups
 from analysis.simulation import TYPICAL_SD, ScoresOf
 from documents import Finding
 from documents.arrays import Floats
@@ -23,7 +21,7 @@ from documents.files import read_regular
 from documents.tables import ENDINGS
 from documents.text import JsonResult
 from runner.observers import BehaviourSpec, read_scored_observer
-from runner.reports import PairDesign
+from runner.reports import PairDesign, ScoresOptions, score_table
 
 _MOST_BYTES = 100_000_000
 
@@ -99,8 +97,7 @@ def observer_spread_of(
     told: tuple[str, ...] = ()
     if file is not None:
         answers, told = earlier_answers(file, with_simulated=with_simulated, keep_na=keep_na)
-        found = observer_spread(answers)
-        measured = found.estimate, found.low, found.high
+        measured = _measured(_fitted(answers, random=True))
     if measured is None:
         note = (
             f"Assumed: observers differ by {TYPICAL_SD:g} nats (not measured). Name earlier results with "
@@ -169,7 +166,7 @@ def assume(
         return _by_printed(_printed(scores), str(scores), design, ties)
     if scores is not None and (scores.is_dir() or scores.suffix.lower() in ANSWERS):
         answers, told = earlier_answers(scores, with_simulated=with_simulated, keep_na=keep_na)
-        return _by_printed(_fitted(answers), str(scores), design, (*told, *ties))
+        return _by_printed(_fitted(answers, random=len(answers.observers) > 1), str(scores), design, (*told, *ties))
     file = scores if simulate is None else simulate
     if file is None:
         nats = DEFAULT_SPREAD_NATS if spread_nats is None else spread_nats
@@ -209,11 +206,17 @@ def earlier_answers(
     return from_sessions(pooled.sessions), pooled.notes
 
 
-def _fitted(comparisons: Comparisons) -> dict[str, Any]:
-    """Return what `cyclopean scores --json` prints, with ``--observers random`` where several are named."""
-    if len(comparisons.observers) > 1:
-        return fit_observers(comparisons).to_json()
-    return score_groups(comparisons).to_json() if comparisons.groups else score(comparisons).to_json()
+def _fitted(comparisons: Comparisons, *, random: bool) -> dict[str, Any]:
+    """Return what `cyclopean scores --json` prints of the items, with ``--observers random`` or without."""
+    options = ScoresOptions(observers="random" if random else "alike")
+    printed: dict[str, Any] = score_table(comparisons, options).value.to_json()
+    return printed
+
+
+def _measured(printed: dict[str, Any]) -> MeasuredSpread:
+    """Return how much observers differ, of what is printed with ``--observers random``."""
+    spread = printed["spread"]
+    return spread["sd"], spread["low"], spread["high"]
 
 
 def _printed(file: Path) -> Any:
@@ -242,9 +245,7 @@ def _by_printed(printed: Any, file: str, design: PairDesign, notes: tuple[str, .
         theta = score_theta({name: float(score) for name, score in scores.items()}, design.items)
         return AssumedScores(theta, differing_pairs(theta), 0.0, notes)
     theta = score_theta({name: float(np.exp(score)) for name, score in scores.items()}, design.items)
-    spread: dict[str, Any] = values["spread"]
-    measured = spread["sd"], spread["low"], spread["high"]
-    return AssumedScores(theta, differing_pairs(theta), 0.0, notes, "typical", measured)
+    return AssumedScores(theta, differing_pairs(theta), 0.0, notes, "typical", _measured(values))
 
 
 def _is_item(item: object) -> bool:

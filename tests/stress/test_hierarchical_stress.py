@@ -14,7 +14,7 @@ from analysis.comparisons import Answer, from_answers
 from analysis.covariance import contrast_variances
 from analysis.hierarchical import fit_observers
 from analysis.hierarchical.fitting import _answers
-from analysis.hierarchical.spread import SpreadProfile, _explore, _interpolated, _weights, flattening
+from analysis.hierarchical.spread import SpreadProfile, _explore, _interpolated, _weights
 from analysis.report import estimate_scores
 from analysis.scaling import LOGISTIC, fit_model, learnt_posterior
 from benchmarks.hierarchical import comparisons_of, simulated, spreads
@@ -61,7 +61,7 @@ def test_spread_strengths_and_effects_are_those_of_a_sampler() -> None:
     comparisons = comparisons_of(won, items)
     i, j = np.triu_indices(items, 1)
     grid = np.linspace(0, 8, 400)
-    log_flat = np.log([flattening(LOGISTIC, tau) for tau in grid])
+    log_flat = np.log([LOGISTIC.flattening(tau) for tau in grid])
     slope_of_flat = np.gradient(log_flat, grid)
 
     def target(state: Floats) -> tuple[Floats, Floats]:

@@ -107,7 +107,7 @@ def direct(comparisons: Comparisons, model: Model, tau: float) -> tuple[Floats, 
     curvature = np.array(
         [[sum(s * t * cost(best + s * a + t * b) for s in (1, -1) for t in (1, -1)) / 4e-6 for b in step] for a in step]
     )
-    flat = spread.flattening(LAWS[model], tau)
+    flat = LAWS[model].flattening(tau)
     return np.append(best, -best.sum()), -cost(best) - float(np.linalg.slogdet(curvature)[1]) / 2 + 2 * np.log(flat)
 
 
