@@ -215,7 +215,7 @@ def _interaction(
         return InteractionTest(names, None, None, None, None, "the factors already explain all or part of it")
     whole = [*terms, added]
     if is_separated(counts, whole):
-        why = "with it the answers are fitted ever better without end: it has no finite maximum"
+        why = "with it the likelihood rises without end: it has no finite maximum"
         return InteractionTest(names, None, None, None, None, why)
     fit = fit_terms(counts, whole)
     if not fit.converged:

@@ -45,7 +45,7 @@ def separated_effects(counts: Counts, terms: Sequence[Term]) -> tuple[str, ...]:
         for term, start in zip(terms, starts, strict=False)
         if np.abs(direction[start : start + term.width]).max() > LEVEL
     ]
-    return (f"The answers are fitted ever better as these effects grow together without end: {'; '.join(orders)}.",)
+    return (f"The likelihood rises without end as these effects grow: {'; '.join(orders)}.",)
 
 
 def _order(term: Term, coefficients: Floats) -> str:

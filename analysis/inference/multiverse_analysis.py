@@ -152,7 +152,7 @@ class Multiverse(JsonResult):
         always = sum(pair.stands == 1 for pair in self.pairs)
         least = min(self.pairs, key=lambda pair: pair.stands)
         words = (
-            f"In {len(self.analyses):,} analyses, {always} of {len(self.pairs)} conclusions about pairs always stand; "
+            f"In {len(self.analyses):,} analyses, {always} of {len(self.pairs)} pairs have the same conclusion in all; "
             f"{counted(self.number, 'class', 'classes')} in {self.number_stands:.0%}."
         )
         if always < len(self.pairs):

@@ -368,7 +368,7 @@ def _explained(theta: Floats, further: Floats, items: Sequence[str]) -> Separati
     groups = tuple(tuple(sorted(group.tolist())) for group in np.split(ranked, cuts))
     if len(groups) > 1:
         return Separation(groups, (_drawing_apart(groups, items, aside),))
-    return Separation(groups, (f"The answers are fitted ever better without end{aside}.",))
+    return Separation(groups, (f"The likelihood rises without end{aside}.",))
 
 
 def _drawing_apart(groups: Groups, items: Sequence[str], aside: str) -> str:
@@ -376,7 +376,7 @@ def _drawing_apart(groups: Groups, items: Sequence[str], aside: str) -> str:
         f"the other {len(group)} items" if _is_the_rest(group, groups) else _names(group, items) for group in groups[:4]
     )
     rest = ", and so on" if len(groups) > 4 else ""
-    return f"The answers are fitted ever better as the items draw apart{aside}: {above}{rest}, best first."
+    return f"The likelihood rises without end as items draw apart{aside}: {above}{rest}, best first."
 
 
 def _never_compared(groups: Groups, items: Sequence[str]) -> tuple[str, ...]:

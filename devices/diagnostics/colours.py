@@ -20,7 +20,7 @@ DISTINCT = Check(
     "primaries",
     "Primaries",
     10.0,
-    "times that errors grow at worst",
+    "× growth of an error of XYZ in a channel, at worst",
     "this project: the condition of the matrix, columns of equal length; at 10, an error of 0.2 % of a reading stays "
     "below 2 % of a channel (sRGB has 3.2)",
 )

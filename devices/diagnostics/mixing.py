@@ -44,7 +44,7 @@ WHITE = Check(
     "white_segment",
     "White against its primaries",
     5.0,
-    "% more light in white than in red, green and blue together",
+    "% difference of white from red + green + blue",
     "this project: channels of panels without a white segment interact by up to 4 %; segments add 20 % and more",
 )
 

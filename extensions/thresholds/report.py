@@ -227,11 +227,11 @@ def _explained(summary: ThresholdSummary) -> str:
     functions = {question.question.function for question in summary.questions}
     where = []
     if "weibull" in functions:
-        where.append("for the Weibull function at 63 %")
+        where.append("63 % by the Weibull function")
     if functions & {"logistic", "normal"}:
-        where.append("for the logistic and the normal function at 50 %")
+        where.append("50 % by the logistic and the normal function")
     return (
-        "A threshold is the level at which, of what guesses and lapses leave, that share is seen: "
+        "A threshold is the level that is seen in this share of trials, once guesses and lapses are taken off: "
         f"{', '.join(where)}. Each observer's numbers are medians, of rates means, of the posterior with 95 % "
         "intervals of equal tails; slopes are per unit of the axis, decimal logarithms of the level where it is "
         "logarithmic. The guess rate of a forced choice is given, that of yes or no (false alarms) is estimated. "

@@ -252,9 +252,9 @@ def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) 
         report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
     if density < 2 * CYCLES_PER_DEGREE:
         what = (
-            f"{density:.1f} pixels per degree carry {density / 2:.1f} cycles per degree; the eye resolves "
-            f"{CYCLES_PER_DEGREE:.0f}, and pixels may be seen"
+            f"single pixels may be visible: the screen has {density:.1f} pixels per degree, and the eye resolves "
+            f"{2 * CYCLES_PER_DEGREE:.0f} ({CYCLES_PER_DEGREE:.0f} cycles per degree)"
         )
         further_mm = distance_mm * 2 * CYCLES_PER_DEGREE / density
-        remedy = f"they could not be from {further_mm / 10:.0f} cm, or with finer pixels"
+        remedy = f"sit {further_mm / 10:.0f} cm or more from this screen, or use one with finer pixels"
         report.warnings.append(source.finding(("rig",), what, remedy))

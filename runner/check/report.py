@@ -89,7 +89,7 @@ class CheckReport(JsonResult):
         from documents.pages import Facts
 
         facts = self.facts
-        verdict = counted(len(self.errors), "error", "errors") if self.errors else "right"
+        verdict = counted(len(self.errors), "error", "errors") if self.errors else "valid"
         doubts = f", {counted(len(self.warnings), 'warning', 'warnings')}" if self.warnings else ""
         yield ((f"{self.file}: {verdict}{doubts}", "bold"),)
         shown = [name for name in facts if name not in _APART]
@@ -204,7 +204,7 @@ def _clipping(facts: Mapping[str, Any]) -> Table:
         cost = (*costs[name], *(filters or {}).get(name, ()))
         cells = (*(f"{one:.2f}" for one in share), *(f"{one:.3f}" for one in cost))
         rows.append((name, *cells, "!" if max(share) > facts["clip_limit_percent"] else ""))
-    return _table((*heads, *(("by filters left", "right") if filters else ()), ""), rows)
+    return _table((*heads, *(("ΔE00 of filters left", "right") if filters else ()), ""), rows)
 
 
 def _ghosts(percents: Mapping[str, Sequence[float]], costs: Mapping[str, Sequence[float]]) -> Table:

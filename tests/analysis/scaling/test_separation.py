@@ -316,7 +316,7 @@ def test_one_unbeaten_item_of_many_is_named_alone() -> None:
     scores = score(from_answers(answers, names))
     assert [names[item] for item in scores.fit.separated_items] == ["i0"]
     assert known(scores.fit.separation).sentences == (
-        "The answers are fitted ever better as the items draw apart: 'i0', then the other 39 items, best first.",
+        "The likelihood rises without end as items draw apart: 'i0', then the other 39 items, best first.",
         "'i0': never lost to any of the other items (3 wins).",
     )
     assert scores.to_json()["separated"] == ["i0"]

@@ -71,8 +71,8 @@ def test_a_picture_that_eyes_do_not_take_in_is_warned_of_at_its_size(study: Stud
 
 def test_pixels_that_can_be_seen_are_warned_of_with_the_distance_from_which_not(study: Study) -> None:
     # 0.25 mm at 700 mm: 48.9 pixels per degree; 120 from 1719 mm.
-    assert "48.9 pixels per degree carry 24.4" in _messages(_check(study))
-    assert "from 172 cm" in _messages(_check(study))
+    assert "48.9 pixels per degree" in _messages(_check(study))
+    assert "172 cm" in _messages(_check(study))
     study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 1725")
     assert "pixels per degree" not in _messages(_check(study))
 
@@ -418,7 +418,7 @@ def test_where_no_block_compares_all_pairs_nothing_is_said_of_differences(study:
 def test_warnings_alone_leave_the_status_at_0_and_errors_make_it_2(study: Study) -> None:
     words = ("check", study.experiment, "--no-screen", "--results", study.results)
     told = study.cyclopean(*words).stdout
-    assert "right, 2 warnings" in told
+    assert "valid, 2 warnings" in told
     assert ["session", "6", "trials,"] in [line.split()[:3] for line in told.splitlines()]
     study.edit("small.yaml", "question:", "qestion:")
     assert "did you mean 'question'?" in study.cyclopean(*words, expect=2).stderr
