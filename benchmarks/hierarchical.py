@@ -32,12 +32,12 @@ from promises import Promise, worst
 from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.covariance import contrast_variances
 from analysis.errors import ResultsError
-from analysis.hierarchical import fit_observers
-from analysis.hierarchical.fitting import _answers
-from analysis.hierarchical.propagation import GroupAnswers, TiltedSites, alike, propagate
 from analysis.scaling import fit_model
 from analysis.scaling.laws import LOGISTIC
 from documents.platform import cores
+from extensions.inference import fit_observers
+from extensions.inference.observers_fit import _answers
+from extensions.inference.propagation import GroupAnswers, TiltedSites, alike, propagate
 
 Row = dict[str, object]
 

@@ -4,7 +4,9 @@ from .classes import best_first as best_first
 from .classes import check_level as check_level
 from .classes import classes_if_few as classes_if_few
 from .classes import classify as classify
+from .conclusions import LEVEL as LEVEL
 from .conclusions import Conclusion as Conclusion
+from .conclusions import verdict_of as verdict_of
 from .multiplicity import ADJUSTMENT_NAMES as ADJUSTMENT_NAMES
 from .multiplicity import corrected as corrected
 from .multiplicity import holm as holm

@@ -1,6 +1,5 @@
 from .counts import Counts as Counts
 from .counts import count_pairs as count_pairs
-from .fitting import DEFAULT_PRIOR_SD as DEFAULT_PRIOR_SD
 from .fitting import fit as fit
 from .fitting import fit_model as fit_model
 from .grouped import GroupedScores as GroupedScores
@@ -27,6 +26,7 @@ from .scores import Scores as Scores
 from .scores import score as score
 from .separation import are_connected as are_connected
 from .separation import compared_groups as compared_groups
+from .separation import find_separation as find_separation
 from .separation import separation_sentences as separation_sentences
 from .separation import strong_groups as strong_groups
 from .shown import Published as Published

@@ -43,8 +43,8 @@ class Plan:
     observer_sd
         Standard deviation in nats of each observer's own strength of each item about the typical observer's.
     scores_of
-        ``typical``: ``theta`` are the typical observer's, as `analysis.hierarchical` fits them. ``average``: they are
-        those of the average answer, as a report has them; observers who differ then answer by larger differences.
+        ``typical``: ``theta`` are the typical observer's, as `scores --observers random` fits them. ``average``: they
+        are those of the average answer, as a report has them; observers who differ then answer by larger differences.
     lapse_rate
         Share (0 to 1) of random answers.
     alpha, adjust, covariance

@@ -1,4 +1,4 @@
-"""What more can be inferred from paired comparisons: JOD as pwcmp has them."""
+"""What more can be inferred from paired comparisons: JOD as pwcmp has them, observers as a distribution."""
 
 import lazy_loader
 

@@ -10,3 +10,11 @@ from .jod_scale import scale_jod as scale_jod
 from .jod_shown import ScoredJod as ScoredJod
 from .jod_shown import jod_blocks as jod_blocks
 from .jod_shown import unsettled_lines as unsettled_lines
+from .observers_fit import fit_observers as fit_observers
+from .observers_result import GroupScores as GroupScores
+from .observers_result import HierarchicalFit as HierarchicalFit
+from .observers_shown import ScoredObservers as ScoredObservers
+from .observers_shown import fit_blocks as fit_blocks
+from .observers_shown import observer_table as observer_table
+from .observers_shown import summary_lines as summary_lines
+from .spread import ObserverSd as ObserverSd

@@ -88,7 +88,6 @@ class Scored(ABC):
 # By the name of ``--method``; that of ``--observers`` stands behind a point.
 METHODS: Registry[type[Scored]] = Registry(
     "cyclopean.methods",
-    {name: "runner.reports.scores:ScoredScale" for name in ("auto", "ml", "firth", "map")}
-    | {"observers.random": "runner.reports.scores:ScoredObservers"},
+    {name: "runner.reports.scores:ScoredScale" for name in ("auto", "ml", "firth", "map")},
     lambda name, kind: None if isinstance(kind, type) and issubclass(kind, Scored) else "is no Scored",
 )

@@ -8,10 +8,8 @@ from typing import Any, Literal, cast
 
 from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.hierarchical import HierarchicalFit, fit_blocks, fit_observers, observer_table
 from analysis.inference import ReviewAnswer, answer_blocks, neighbour_conclusions, parse_margin, review
 from analysis.scaling import (
-    DEFAULT_PRIOR_SD,
     LAWS,
     GroupedScores,
     ModelMethod,
@@ -25,7 +23,6 @@ from analysis.scaling import (
     score_groups,
 )
 from documents import Finding
-from documents.files import write_whole
 from documents.pages import Block, Paragraph
 from runner.reports.options import ScoresOptions
 from runner.reports.scored import METHODS, Scored
@@ -44,11 +41,12 @@ class ScoredScale(Scored):
             alpha=options.alpha,
             adjust=options.adjust or "holm",
             method=cast("ModelMethod | Literal['auto']", options.method),
-            prior_sd=DEFAULT_PRIOR_SD if options.prior_sd is None else options.prior_sd,
             order_effect=options.order_effect,
             covariance=options.covariance,
             quasi_variances=options.quasi_variances,
         )
+        if options.prior_sd is not None:
+            how["prior_sd"] = options.prior_sd
         model = options.model or "bradley-terry"
         if comparisons.groups:
             return ScoredGroups(score_groups(comparisons, model, common=common, **how), options)
@@ -144,36 +142,6 @@ class ScoredGroups(ScoredScale):
     def all_further(self) -> dict[str, Any]:
         """Return what else was asked for of each group, by its name."""
         return {name: self._further(part) for name, part in self.value.groups}
-
-
-class ScoredObservers(Scored):
-    """Scores of the typical observer, of observers who differ."""
-
-    value: HierarchicalFit
-    refused = (*Scored.refused, "method")
-
-    @classmethod
-    def of(cls, comparisons: Comparisons, options: ScoresOptions, common: Mapping[str, str] | None) -> Scored:
-        """Fit observers as a distribution, and write each observer's scores where that is asked for."""
-        fitted = fit_observers(
-            comparisons, options.model or "bradley-terry", alpha=options.alpha, adjust=options.adjust or "holm"
-        )
-        if options.observer_scores is not None:
-            write_whole(options.observer_scores, observer_table(fitted), private=True)
-        return cls(fitted, options)
-
-    @property
-    def title(self) -> str:
-        """By which model."""
-        return f"Scores of the typical observer by {self.options.model or 'bradley-terry'}, best first"
-
-    def scales(self) -> Sequence[tuple[str | None, list[dict[str, Any]]]]:
-        """Return the rows of each group."""
-        return [(one.get("name") or None, one["items"]) for one in self.value.to_json()["groups"]]
-
-    def told(self) -> list[Block]:
-        """Return the fit."""
-        return fit_blocks(self.value)
 
 
 def refuse_together(options: ScoresOptions) -> None:

@@ -12,14 +12,14 @@ from scipy.special import stdtrit
 
 from analysis.comparisons import Answer, from_answers
 from analysis.covariance import contrast_variances
-from analysis.hierarchical import fit_observers
-from analysis.hierarchical.fitting import _answers
-from analysis.hierarchical.spread import SpreadProfile, _explore, _interpolated, _weights
 from analysis.report import estimate_scores
 from analysis.scaling import LOGISTIC, fit_model, learnt_posterior
 from benchmarks.hierarchical import comparisons_of, simulated, spreads
 from documents.arrays import Floats
 from extensions.adaptive_pairs import PairChooser, pooled_study
+from extensions.inference import fit_observers
+from extensions.inference.observers_fit import _answers
+from extensions.inference.spread import SpreadProfile, _explore, _interpolated, _weights
 from tests.stress.how_many import how_many
 
 pytestmark = pytest.mark.stress

@@ -7,7 +7,7 @@ takes the site's place [Minka2001], until none moves. Means under t are by Gauss
 The marginal likelihood is Z = ∫ N(b) Π site db · Π E[t / site].
 
 There the gradient of log Z by θ is that of the Gaussian model, Σ_o b̂_o / τ². Its information is close to the
-Gaussian's, M = Σ_o (I − Q_o⁻¹) / τ² with Q_o as in `analysis.hierarchical.elimination`. Newton's steps for θ are taken
+Gaussian's, M = Σ_o (I − Q_o⁻¹) / τ² with Q_o as in `extensions.inference.elimination`. Newton's steps for θ are taken
 together with those of the sites.
 """
 
@@ -19,11 +19,10 @@ from functools import cache
 
 import numpy as np
 
-from analysis.covariance import laplacian
-from analysis.hierarchical.elimination import Blocks, Solution
-from analysis.scaling.counts import Counts
-from analysis.scaling.laws import LOGISTIC, Law
+from analysis.covariance import ROUNDING, solve
+from analysis.scaling import LOGISTIC, Counts, Law
 from documents.arrays import Floats
+from extensions.inference.elimination import Blocks, Solution
 
 QUADRATURE_POINTS = 15
 CHUNK = 2048
@@ -134,7 +133,7 @@ def propagate(
             gradient = np.bincount(blocks.item, solution.mean, counts.n) / variance
             if slope_only and not slow:
                 links = _rough_links(counts, blocks, variance, solution)
-            step = laplacian.solve(links[None], (gradient - gradient.mean())[None, :, None])[0, :, 0]
+            step = solve(links[None], (gradient - gradient.mean())[None, :, None])[0, :, 0]
             theta = theta + share * step
             size = float(np.abs(step).max())
             if size > SLOW * sizes[-2]:  # a step of the strengths answers one of the sites, two sweeps later
@@ -200,7 +199,7 @@ def _rough_links(counts: Counts, blocks: Blocks, variance: float, solution: Solu
     links = links + links.T
     rows = np.bincount(blocks.item, (1 - solution.variance) / variance, n)
     left = np.maximum(rows - links.sum(axis=1), 0.0)
-    if left.sum() <= laplacian.ROUNDING * rows.sum():
+    if left.sum() <= ROUNDING * rows.sum():
         return np.asarray(links, np.float64)
     s = left / np.sqrt(left.sum())
     for _ in range(BALANCING):

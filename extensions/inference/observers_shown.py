@@ -2,13 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
-from analysis.classes.conclusions import LEVEL, verdict_of
-from analysis.hierarchical.result import GroupScores, HierarchicalFit
+from analysis.classes import LEVEL, verdict_of
+from analysis.comparisons import Comparisons
+from documents.files import write_whole
 from documents.pages import Block, Column, Heading, Paragraph, Table
 from documents.tables import csv_lines
 from documents.text import counted
+from extensions.inference.observers_fit import fit_observers
+from extensions.inference.observers_result import GroupScores, HierarchicalFit
+from runner.reports import Scored, ScoresOptions
+
+
+class ScoredObservers(Scored):
+    """Scores of the typical observer, of observers who differ, by ``--observers random``."""
+
+    value: HierarchicalFit
+    refused = (*Scored.refused, "method")
+
+    @classmethod
+    def of(cls, comparisons: Comparisons, options: ScoresOptions, common: Mapping[str, str] | None) -> ScoredObservers:
+        """Fit observers as a distribution, and write each observer's scores where that is asked for."""
+        model, adjust = options.model or "bradley-terry", options.adjust or "holm"
+        fitted = fit_observers(comparisons, model, alpha=options.alpha, adjust=adjust)
+        if options.observer_scores is not None:
+            write_whole(options.observer_scores, observer_table(fitted), private=True)
+        return cls(fitted, options)
+
+    @property
+    def title(self) -> str:
+        """By which model."""
+        return f"Scores of the typical observer by {self.value.model}, best first"
+
+    def scales(self) -> Sequence[tuple[str | None, list[dict[str, Any]]]]:
+        """Return the rows of each group."""
+        return [(one.get("name") or None, one["items"]) for one in self.value.to_json()["groups"]]
+
+    def told(self) -> list[Block]:
+        """Return the fit."""
+        return fit_blocks(self.value)
+
 
 COLUMNS = ("group", "observer", "item", "theta", "sd")
 
@@ -29,7 +65,7 @@ def fit_blocks(fit: HierarchicalFit) -> list[Block]:
     Examples
     --------
     >>> from analysis.comparisons import Answer, from_answers
-    >>> from analysis.hierarchical import fit_observers
+    >>> from extensions.inference import fit_observers
     >>> answers = [Answer("a", "b", 18, "anna"), Answer("b", "a", 2, "anna"), Answer("a", "b", 9, "ben")]
     >>> fit = fit_observers(from_answers([*answers, Answer("b", "a", 11, "ben")]))
     >>> [column.heading for column in fit_blocks(fit)[0].columns]
@@ -86,7 +122,7 @@ def observer_table(fit: HierarchicalFit) -> str:
     Examples
     --------
     >>> from analysis.comparisons import Answer, from_answers
-    >>> from analysis.hierarchical import fit_observers
+    >>> from extensions.inference import fit_observers
     >>> answers = [Answer("a", "b", 18, "anna"), Answer("b", "a", 2, "anna"), Answer("a", "b", 9, "ben")]
     >>> fit = fit_observers(from_answers([*answers, Answer("b", "a", 11, "ben")]))
     >>> observer_table(fit).splitlines()[0]

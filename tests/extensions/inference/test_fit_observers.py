@@ -16,15 +16,16 @@ from scipy.optimize import minimize
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.comparisons.comparisons import from_arrays
-from analysis.covariance import laplacian
+from analysis.covariance import pseudo_inverse
 from analysis.errors import ResultsError
-from analysis.hierarchical import fit_observers, observer_spread, spread
-from analysis.hierarchical.elimination import Blocks
-from analysis.hierarchical.fitting import _answers
-from analysis.hierarchical.propagation import _logistic_moments, _moments, _rough_links, _solved, alike, propagate
 from analysis.scaling import LAWS, LOGISTIC, Counts, Model, fit_model
+from cyclopean.testing import prove_method
 from documents import threads
 from documents.arrays import Floats
+from extensions.inference import fit_observers, spread
+from extensions.inference.elimination import Blocks
+from extensions.inference.observers_fit import _answers
+from extensions.inference.propagation import _logistic_moments, _moments, _rough_links, _solved, alike, propagate
 from tests.choice import nightly
 from tests.kept import known
 
@@ -133,7 +134,7 @@ def test_strengths_likelihood_and_its_slope_are_those_of_the_integral(make: Make
 @pytest.mark.parametrize("model", ["thurstone", *nightly("bradley-terry")])
 def test_the_spread_is_at_the_maximum_of_the_adjusted_integral(make: Maker, model: Model) -> None:
     comparisons = make(np.array([0.6, 0.1, -0.7]), 12, 1.0, model=model, repeats=12)
-    estimate = observer_spread(comparisons, model)
+    estimate = fit_observers(comparisons, model).spread
     places = (estimate.low, estimate.estimate, known(estimate.high))
     low, top, high = (direct(comparisons, model, tau)[1] for tau in places)
     assert [top - low, top - high] == pytest.approx([1.92, 1.92], abs=0.06)
@@ -287,7 +288,7 @@ def test_rough_information_has_the_exact_row_sums(make: Maker, items: int, neigh
     solution = _solved(blocks, 0.64, sites.slope - sites.precision * delta, sites.precision)
     rough = _rough_links(counts, blocks, 0.64, solution)
     np.testing.assert_allclose(rough.sum(axis=1), sites.links.sum(axis=1), rtol=1e-6)
-    variances, exact = (np.diag(laplacian.pseudo_inverse(links[None])[0]) for links in (rough, sites.links))
+    variances, exact = (np.diag(pseudo_inverse(links[None])[0]) for links in (rough, sites.links))
     assert (variances < (1 + near) * exact).all()
     if neighbours >= items:
         np.testing.assert_allclose(variances, exact, rtol=near)
@@ -382,3 +383,7 @@ def test_options_that_do_not_go_together(cyclopean: Call, table: Path) -> None:
     assert "method does not go" in done.stderr
     done = cyclopean("scores", str(table), "--observer-scores", "x.csv", expect=2)
     assert "observer_scores goes with" in done.stderr
+
+
+def test_its_way_to_score_keeps_what_is_promised_of_every_one() -> None:
+    assert len(prove_method("observers.random")) == 5

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.choices import Adjust
-from analysis.classes.classes import Classes, best_first, classes_if_few, classify
-from analysis.covariance.laplacian import contrast_variances
+from analysis.classes import Classes, best_first, classes_if_few, classify
+from analysis.covariance import contrast_variances
 from analysis.errors import ResultsError
-from analysis.hierarchical.propagation import GroupAnswers, TiltedSites
-from analysis.hierarchical.spread import ObserverSd
-from analysis.scaling.laws import LAWS, Model
+from analysis.scaling import LAWS, Model
 from documents import Finding
 from documents.arrays import Floats
 from documents.text import JsonResult
+from extensions.inference.propagation import GroupAnswers, TiltedSites
+from extensions.inference.spread import ObserverSd
 
 MOST_PAIRS_IN_JSON = 5000
 NUMBERS = (
@@ -219,7 +219,7 @@ class HierarchicalFit:
         Examples
         --------
         >>> from analysis.comparisons import Answer, from_answers
-        >>> from analysis.hierarchical import fit_observers
+        >>> from extensions.inference import fit_observers
         >>> answers = [Answer("a", "b", 18, "anna"), Answer("b", "a", 2, "anna"), Answer("a", "b", 9, "ben")]
         >>> fit = fit_observers(from_answers([*answers, Answer("b", "a", 11, "ben")]))
         >>> new = fit.predict("a", "b")

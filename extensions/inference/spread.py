@@ -17,14 +17,13 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from analysis.covariance import laplacian
-from analysis.hierarchical.elimination import Blocks
-from analysis.hierarchical.propagation import GroupAnswers, TiltedSites, alike, propagate
-from analysis.scaling.counts import Counts
-from analysis.scaling.laws import NATS_PER_JND, Law
+from analysis.covariance import pseudo_inverse
+from analysis.scaling import LOGISTIC, Counts, Law
 from documents import in_threads
 from documents.arrays import Floats
 from documents.text import JsonResult
+from extensions.inference.elimination import Blocks
+from extensions.inference.propagation import GroupAnswers, TiltedSites, alike, propagate
 
 Result = TypeVar("Result")
 
@@ -47,7 +46,7 @@ def mapped(work: Callable[..., Result], *columns: Sequence[Any], size: float) ->
 
 def unit(law: Law) -> float:
     """Return one nat's worth of difference in the units of the law's strengths, by the length of a JND."""
-    return law.jnd / NATS_PER_JND
+    return law.jnd / LOGISTIC.jnd
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +114,7 @@ class SpreadProfile:
     def _node(self, spread: float, sites: Sequence[TiltedSites]) -> Node:
         log_z = sum(part.log_z for part in sites)
         height = log_z + self.adjustment(sites)
-        covariances = tuple(laplacian.pseudo_inverse(part.links[None])[0] for part in sites)
+        covariances = tuple(pseudo_inverse(part.links[None])[0] for part in sites)
         slope = sum(part.log_z_slope for part in sites)
         return Node(spread, height, log_z, slope, tuple(part.theta for part in sites), covariances)
 

@@ -5,19 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.choices import Adjust
-from analysis.classes.classes import check_level
-from analysis.comparisons.comparisons import Comparisons, split_groups
+from analysis.classes import check_level
+from analysis.comparisons import Comparisons, split_groups
 from analysis.errors import ResultsError
-from analysis.hierarchical.elimination import Blocks
-from analysis.hierarchical.propagation import GroupAnswers
-from analysis.hierarchical.result import GroupScores, HierarchicalFit
-from analysis.hierarchical.spread import ObserverSd, SpreadProfile, estimate_spread, mapped
-from analysis.scaling.counts import Counts
-from analysis.scaling.laws import LAWS, MODELS, Model
-from analysis.scaling.newton import maximise
-from analysis.scaling.separation import find_separation
+from analysis.scaling import LAWS, MODELS, Counts, Model, find_separation, maximise
 from documents import Finding, one_blas_thread
 from documents.arrays import Floats, Indices
+from extensions.inference.elimination import Blocks
+from extensions.inference.observers_result import GroupScores, HierarchicalFit
+from extensions.inference.propagation import GroupAnswers
+from extensions.inference.spread import SpreadProfile, estimate_spread, mapped
 
 
 @one_blas_thread()
@@ -28,7 +25,7 @@ def fit_observers(
 
     θ are the strengths *of the typical observer*. The plain fit's are of the average answer, and smaller: observers who
     differ cancel each other. τ is at the maximum of the adjusted marginal likelihood, by expectation propagation, as
-    `analysis.hierarchical.spread` and `analysis.hierarchical.propagation` say. Groups of items have scales of their own
+    `extensions.inference.spread` and `extensions.inference.propagation` say. Groups of items have scales of their own
     and one τ; an observer's effects in two groups are independent.
 
     Parameters
@@ -109,36 +106,6 @@ def fit_observers(
         alpha=alpha,
         adjust=adjust,
     )
-
-
-@one_blas_thread()
-def observer_spread(comparisons: Comparisons, model: Model = "bradley-terry") -> ObserverSd:
-    """Return the standard deviation of an item's strength between observers, with its 95 % interval.
-
-    Parameters
-    ----------
-    comparisons, model
-        As `fit_observers` takes them.
-
-    Returns
-    -------
-    ObserverSd
-        In nats, or standard deviations for ``thurstone``: what `analysis.simulation` takes as spread between observers.
-
-    Raises
-    ------
-    ResultsError
-        As `fit_observers`.
-
-    Examples
-    --------
-    >>> from analysis.comparisons import Answer, from_answers
-    >>> answers = [Answer("a", "b", 18, "anna"), Answer("b", "a", 2, "anna"), Answer("a", "b", 2, "ben")]
-    >>> spread = observer_spread(from_answers([*answers, Answer("b", "a", 18, "ben")]))
-    >>> spread.low < 1 < spread.estimate
-    True
-    """
-    return fit_observers(comparisons, model).spread
 
 
 def _answers(part: Comparisons) -> tuple[GroupAnswers, Counts]:
