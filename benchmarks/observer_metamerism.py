@@ -11,9 +11,9 @@ import numpy as np
 from curves import program, seconds, sized
 from promises import Promise, worst
 
-from devices.colour_matching import ColorimetricObserver, colorimetric_observer, individual_observers
-from devices.diagnostics import ScreenSpectra, observer_metamerism
+from devices.colour_matching import ColorimetricObserver, colorimetric_observer
 from devices.readings import xyz_from_spectra
+from extensions.colour_observers import ScreenSpectra, individual_observers, observer_metamerism
 
 FINE = np.arange(390.0, 781.0)
 PERSONS, THEIRS, REFERENCE = sized(((10, 100, 1000), 10, 4000), ((10,), 2, 50))

@@ -5,7 +5,6 @@ from .colour.ciede2000 import delta_e_2000 as delta_e_2000
 from .colour.spaces import xyz_to_lab as xyz_to_lab
 from .colour.white_points import white_point as white_point
 from .colour_matching.cie_2006_xyz import colorimetric_observer as colorimetric_observer
-from .colour_matching.individuals import individual_observers as individual_observers
 from .compensation.crosstalk_fit import fit_crosstalk as fit_crosstalk
 from .diagnostics.examination import examine as examine
 from .display.display_file import Display as Display

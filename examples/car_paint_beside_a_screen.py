@@ -5,8 +5,8 @@ python examples/car_paint_beside_a_screen.py
 
 import numpy as np
 
-from devices.colour_matching import colorimetric_observer, individual_observers
-from devices.diagnostics import ScreenSpectra, observer_metamerism
+from devices.colour_matching import colorimetric_observer
+from extensions.colour_observers import ScreenSpectra, individual_observers, observer_metamerism
 
 wavelengths_nm = np.arange(390.0, 781.0)
 

@@ -61,7 +61,10 @@ GROUPS = {
     },
 }
 # Those of our extensions have a line above, so that the help loads nothing. `camera fit` is offered as "camera.fit".
-_EXTENSIONS = ("agreement", "camera.bracket", "camera.fit", "display.convert", "power", "stimuli.contrast")
+_EXTENSIONS = (
+    *("agreement", "camera.bracket", "camera.fit", "display.convert", "display.metamerism", "power"),
+    "stimuli.contrast",
+)
 # Where each of the core's is.
 OURS = {
     name: f"runner.cli.functions:{name.replace('.', '_')}_command"

@@ -2,6 +2,7 @@ from .blocks import NAMES as NAMES
 from .blocks import Proof as Proof
 from .blocks import prove_block as prove_block
 from .curves import prove_curves as prove_curves
+from .diagnostics import prove_diagnostic as prove_diagnostic
 from .exporters import prove_exporter as prove_exporter
 from .instruments import prove_instrument as prove_instrument
 from .listeners import prove_listener as prove_listener

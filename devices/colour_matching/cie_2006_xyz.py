@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from devices.colour_matching.cone_fundamentals import cone_fundamentals, peaks, quantal_fundamentals
+from devices.colour_matching.fundamentals import cone_fundamentals, peaks, quantal_fundamentals
 from devices.colour_matching.observers import (
     CANDELA_NM,
     CIE_2006_NAME,

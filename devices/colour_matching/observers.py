@@ -1,7 +1,7 @@
 """Colorimetric observers by name: the four of the CIE, and those of CIE 170 for a field size and an age.
 
 The functions of CIE 1931 2°, CIE 1964 10° [CIE2018], CIE 2015 2° and CIE 2015 10° [CIE170-2] are the published tables,
-at every nm. ``CIE 2006 FIELD age AGE`` is computed; see `devices.colour_matching.cone_fundamentals`.
+at every nm. ``CIE 2006 FIELD age AGE`` is computed; see `devices.colour_matching.fundamentals`.
 """
 
 from __future__ import annotations

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from documents.options import Typed
 from documents.text import JsonResult
+
+if TYPE_CHECKING:
+    from devices.readings import Measurements
 
 Colour = Literal["red", "green", "blue", "grey", "ink", "soft", "accent"]
 Style = Literal["points", "line", "dashed", "outline"]
@@ -188,6 +192,25 @@ class Check:
         return Diagnosis(
             self.name, self.title, None, float(value), None, self.unit, self.source, words, self.at_least, **more
         )
+
+
+@dataclass(frozen=True, slots=True)
+class DisplayCheck:
+    """A check of a display's readings that a package adds to ours.
+
+    Attributes
+    ----------
+    judge
+        Judges readings, or says in a sentence why it cannot. Its diagnosis has the name that the check is offered by.
+    after
+        The name of the check after which it stands; without it, it stands after ours of the same readings.
+    of_primaries
+        Whether the colours of the set ``cable`` serve too, where they alone hold the primaries.
+    """
+
+    judge: Callable[[Measurements], Diagnosis]
+    after: str = ""
+    of_primaries: bool = False
 
 
 def numbers(values: Any) -> tuple[float, ...]:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
-from devices.diagnostics.diagnosis import Diagnosis, JudgeOptions, Verdicts
+from devices.diagnostics.diagnosis import Check, Diagnosis, DisplayCheck, JudgeOptions, Verdicts
 from devices.diagnostics.drift import drift, repeatability
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, gamuts, model_difference
 from devices.diagnostics.measured_sets import MeasuredSet, by_eye, read_sets
-from devices.diagnostics.metamerism import observers_differ
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, cable_colours, primaries, tagged, untagged
@@ -31,6 +31,7 @@ from devices.readings import Measurements, PatchEye
 from devices.readings.spectra import for_observer
 from devices.readings.table import CIE_1931_2
 from documents import Finding
+from documents.extensions import ExtensionError, Registry
 from documents.options import made, taking
 
 Examination = Callable[[Measurements], Diagnosis]
@@ -42,12 +43,11 @@ SPECIAL: tuple[tuple[Examination, Kind], ...] = (
     (angular_luminance, "angle"),
 )
 # Checks of the primaries and their mixtures, for which the colours of the set ``cable`` serve too.
-OF_PRIMARIES = (primary_colours, spectral_overlap, gamut, additivity, observers_differ)
+OF_PRIMARIES = (primary_colours, spectral_overlap, gamut, additivity)
 TIMELY: tuple[Examination, ...] = (repeatability, warm_up, drift)
 CHECKS: tuple[Examination, ...] = (
     primary_colours,
     spectral_overlap,
-    observers_differ,
     gamut,
     channel_constancy,
     additivity,
@@ -64,6 +64,10 @@ CHECKS: tuple[Examination, ...] = (
     dynamic_contrast,
     black_with_picture,
     picture_level,
+)
+
+DIAGNOSTICS: Registry[DisplayCheck] = Registry(
+    "cyclopean.diagnostics", {}, lambda _, kind: None if isinstance(kind, DisplayCheck) else "is no DisplayCheck"
 )
 
 
@@ -212,10 +216,18 @@ def examine(
     for check, kind in SPECIAL:
         special = [part for measured in sets for part in _of_kind(measured, kind)] or list(sets[:1])
         add([(own.label, check(own.measurements)) for own in special])
-    for check in CHECKS:
-        with_primaries = check in OF_PRIMARIES
-        tables = [_with_primaries(own.measurements) if with_primaries else own.measurements for own, _ in subjects]
+
+    def of_tables(check: Examination, of_primaries: bool) -> None:
+        tables = [_with_primaries(own.measurements) if of_primaries else own.measurements for own, _ in subjects]
         add([(own.label, check(table)) for (own, _), table in zip(subjects, tables, strict=True)])
+
+    added = {name: DIAGNOSTICS[name] for name in (*DIAGNOSTICS.names(), *DIAGNOSTICS)}
+    for check in CHECKS:
+        of_tables(check, check in OF_PRIMARIES)
+        for name in [name for name, each in added.items() if each.after == diagnoses[-1].name]:
+            of_tables(partial(_of_package, name), added.pop(name).of_primaries)
+    for name, each in added.items():
+        of_tables(partial(_of_package, name), each.of_primaries)
     add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
     add([(measured.label, room_light(measured.measurements)) for measured in sets])
     if models is not None:
@@ -239,6 +251,19 @@ def examine(
         add([(own.label, glasses_transmittance(own.measurements, table)) for own, table in seen])
         add([(own.label, luminance_loss(own.measurements, table)) for own, table in seen])
     return tuple(diagnoses)
+
+
+def _of_package(name: str, measurements: Measurements) -> Diagnosis:
+    """Return what a package's check says; where it raises, that it could not be made, and why."""
+    whose = DIAGNOSTICS.whose(name)
+    try:
+        with DIAGNOSTICS.blamed(name):
+            found = DIAGNOSTICS[name].judge(measurements)
+            if not isinstance(found, Diagnosis) or found.name != name:
+                raise TypeError(f"what it returns is no Diagnosis named {name}")
+    except ExtensionError as error:
+        return Check(name, name, None, "", whose).unjudged(f"{error.findings[0].message}.")
+    return replace(found, source=f"{found.source}; {whose}") if whose else found
 
 
 def _in_their_light(

@@ -14,6 +14,7 @@ from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
 from analysis.report import PARTS
 from analysis.scaling import LAWS
+from devices.diagnostics import DIAGNOSTICS
 from devices.display import CURVES, AskMonitor, Rig, panel_of_monitor, read_rig
 from devices.readings import INSTRUMENTS, READERS
 from devices.timing_marks import MARKS
@@ -360,6 +361,7 @@ REGISTRIES: tuple[Registry[Any], ...] = (
     CURVES,
     READERS,
     INSTRUMENTS,
+    DIAGNOSTICS,
     MARKS,
     LISTENERS,
     EXPORTERS,

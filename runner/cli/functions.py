@@ -45,11 +45,6 @@ FUNCTIONS: Mapping[str, Callable[[], click.Command]] = MappingProxyType(
         "display measure": partial(command_of, "runner.measuring.station.measure_display", indent=None),
         "display fit": partial(command_of, "devices.characterise.display_fit.fit_file"),
         "display verify": partial(command_of, "runner.measuring.verification.verify_display", indent=None),
-        "display metamerism": partial(
-            command_of,
-            "stimuli.spectral.metamerism.metamerism_of_files",
-            help="Print the result as JSON, every observer's difference included.",
-        ),
         "display report": partial(command_of, "runner.reports.display.page.report_display"),
         "camera develop": partial(command_of, "stimuli.develop.photograph.develop_photographs", threads),
         "camera geometry": partial(command_of, "devices.camera.geometry.plan_geometry"),

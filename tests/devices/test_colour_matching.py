@@ -1,4 +1,4 @@
-"""Colorimetric observers: tables by name, cone fundamentals, individuals, and cone contrasts."""
+"""Colorimetric observers: tables by name, cone fundamentals, and cone contrasts."""
 
 from __future__ import annotations
 
@@ -14,21 +14,18 @@ from devices.colour_matching import (
     STANDARD_OBSERVERS,
     Departure,
     ObserverSpec,
-    categorical_observers,
     colorimetric_observer,
     cone_contrasts,
     cone_fundamentals,
     dkl_direction,
     dkl_from_xyz,
-    individual_observer,
-    individual_observers,
     lms_from_xyz,
     mixed_observers,
+    quantal_fundamentals,
     xyz_from_lms,
     xyz_of_cone_contrasts,
     xyz_of_dkl,
 )
-from devices.colour_matching.cone_fundamentals import quantal_fundamentals
 from devices.errors import DeviceError
 from documents.yaml import FileModel
 
@@ -164,37 +161,7 @@ def test_equal_energy_is_in_the_middle_and_luminance_peaks_at_1(field_deg: float
     assert functions.min() >= 0
 
 
-# Individual observers: the average is that of CIE 170, persons scatter as published, and the seed fixes them.
-@pytest.mark.parametrize("field_deg", [2.0, 10.0])
-def test_nobody_in_particular_at_32_is_the_observer_of_cie_170(field_deg: float) -> None:
-    average = individual_observer("average", field_deg, 32, Departure())
-    published = colorimetric_observer(f"CIE 2015 {field_deg:g}")
-    assert np.abs(average.functions - published.functions).max() < 3e-5
-    assert average.efficacy_lm_W == pytest.approx(published.efficacy_lm_W, rel=3e-5)
-
-
-def test_the_seed_fixes_the_persons_and_more_persons_begin_with_the_same() -> None:
-    few, many = individual_observers(3, 10, seed=5), individual_observers(6, 10, seed=5)
-    for one, other in zip(few, many, strict=False):
-        assert one == other
-        np.testing.assert_array_equal(one.functions, other.functions)
-    assert not np.array_equal(few[0].functions, individual_observers(1, 10, seed=6)[0].functions)
-
-
-@pytest.mark.nightly
-def test_persons_scatter_about_the_average() -> None:
-    persons = individual_observers(400, 10, ages_years=(32, 32), seed=2)
-    functions = np.array([person.functions for person in persons])
-    average = colorimetric_observer("CIE 2015 10").functions
-    assert np.abs(functions.mean(axis=0) - average).max() < 0.03
-    scatter = functions.std(axis=0).max(axis=0)
-    assert np.all(scatter > 0.02)
-    assert np.all(scatter < 0.25)
-    # Light of equal energy looks the same to all by the scaling.
-    areas = functions.sum(axis=1)
-    np.testing.assert_allclose(areas, np.broadcast_to(areas[0], areas.shape), rtol=1e-9)
-
-
+# Departures from the average.
 def test_departures_act_where_they_should() -> None:
     plain = np.log10(quantal_fundamentals(10, 32)[:, :2])
     lens = np.log10(quantal_fundamentals(10, 32, Departure(lens=0.5))[:, :2])
@@ -210,31 +177,6 @@ def test_departures_act_where_they_should() -> None:
     np.testing.assert_array_equal(moved[:, 1], medium)
     # No medium absorbs there.
     assert moved[290:380, 0] == pytest.approx(still[287:377, 0], rel=1e-6)
-
-
-def test_ten_categories() -> None:
-    categories = categorical_observers(2)
-    assert len({observer.name for observer in categories}) == 10
-    first = individual_observer("", 2, 38, Departure())
-    np.testing.assert_allclose(categories[0].functions, first.functions, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        lambda: individual_observers(0, 10),
-        lambda: individual_observers(1, 0.5),
-        lambda: individual_observers(1, 10, ages_years=(10, 30)),
-        lambda: individual_observers(1, 10, ages_years=(40, 30)),
-        lambda: individual_observer("x", 10, 32, Departure(macula=-1.5)),
-        lambda: individual_observer("x", 10, 32, Departure(density_M=-1.0)),
-        lambda: individual_observer("x", 10, 32, Departure(shift_L_nm=float("nan"))),
-    ],
-)
-def test_what_is_out_of_range_is_refused(wrong: object) -> None:
-    assert callable(wrong)
-    with pytest.raises(DeviceError):
-        wrong()
 
 
 # Cone contrasts and DKL: against spectra, against the published construction, and there and back.

@@ -12,16 +12,19 @@ from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, delta_e_2000_of_xyz
 from devices.colour_matching import (
-    STANDARD_DEVIATIONS,
     Departure,
     colorimetric_observer,
     cone_fundamentals,
-    individual_observer,
-    individual_observers,
     xyz_from_lms,
 )
-from devices.diagnostics import ScreenSpectra, observer_metamerism
 from devices.readings import sampling_error, xyz_from_spectra
+from extensions.colour_observers import (
+    STANDARD_DEVIATIONS,
+    ScreenSpectra,
+    individual_observer,
+    individual_observers,
+    observer_metamerism,
+)
 from extensions.sparkle import SparklePlateRecipe, plate_light, scatter_flakes
 from extensions.sparkle.cull import that_matter, tiles_of
 from extensions.sparkle.lamplight import illuminance_lx

@@ -21,7 +21,6 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.drift import drift, repeatability
 from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, transmittance
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
-from devices.diagnostics.metamerism import observers_differ
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
@@ -47,7 +46,7 @@ CHARACTERISED = (
     chromaticities,
 )  # fmt: skip
 BY_MODEL = (lambda readings: estimated_codes(readings, MODEL), lambda readings: model_difference(readings, MODEL))
-OTHERS = (pixel_independence, angular_colour, angular_luminance, spectral_overlap, observers_differ, gamut)
+OTHERS = (pixel_independence, angular_colour, angular_luminance, spectral_overlap, gamut)
 
 
 @pytest.mark.parametrize("check", [*CHARACTERISED, *BY_MODEL])
@@ -270,19 +269,6 @@ def test_overlapping_spectra_fail() -> None:
     wide = np.array([np.exp(-(((waves - peak) / 80) ** 2)) for peak in (580.0, 550.0, 455.0)])
     assert spectral_overlap(replace(CLEAN, spectra=light, wavelengths_nm=waves)).passed is True
     judged(spectral_overlap(replace(CLEAN, spectra=linear @ wide, wavelengths_nm=waves)), False, "red and green")
-
-
-def test_primaries_that_divide_observers_are_found_and_broad_ones_are_not() -> None:
-    linear = np.stack([curve.linear(CLEAN.codes[:, i]) for i, curve in enumerate(MODEL.curves)], axis=1)
-    waves = np.arange(380.0, 781.0, 4)
-    values = []
-    for width in (8.0, 50.0):
-        narrow = np.array([np.exp(-(((waves - peak) / width) ** 2)) for peak in (630.0, 532.0, 460.0)])
-        found = observers_differ(replace(CLEAN, spectra=0.01 * linear @ narrow, wavelengths_nm=waves))
-        assert found.verdict == "no_limit"
-        values.append(_found(found))
-    assert values[0] > 1.5 * values[1] > 0
-    assert "without spectra" in observers_differ(CLEAN).words
 
 
 @pytest.mark.parametrize("check", [*CHARACTERISED, *OTHERS])

@@ -269,7 +269,8 @@ def test_all_sets_let_every_check_be_made_and_a_display_without_fault_passes(eye
     found = _judged(read_sets(("all",), Faults(noise=0.001, glasses_loss=0.85), eye))
     undecided = {name for name, one in found.items() if one.passed is None}
     # Spectra are not simulated; a gamut, a contrast and primaries of a standard are numbers without a verdict.
-    assert undecided == {"spectral_overlap", "observer_metamerism", "gamut", "room_light", "standard_primaries"}
+    ours = undecided - {"observer_metamerism"}  # of an extension
+    assert ours == {"spectral_overlap", "gamut", "room_light", "standard_primaries"}
     failed = {name: one.value for name, one in found.items() if one.passed is False}
     # Taking the glasses off moves the gamut by nothing here; nothing else is planted either.
     assert failed == {}

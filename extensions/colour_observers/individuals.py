@@ -13,9 +13,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from devices.colour_matching.cie_2006_xyz import xyz_from_lms
-from devices.colour_matching.cone_fundamentals import Departure, cone_fundamentals, quantal_fundamentals
-from devices.colour_matching.observers import CANDELA_NM, ColorimetricObserver, cie_2006_name
+from devices.colour_matching import (
+    CANDELA_NM,
+    ColorimetricObserver,
+    Departure,
+    cie_2006_name,
+    cone_fundamentals,
+    quantal_fundamentals,
+    xyz_from_lms,
+)
 from devices.errors import DeviceError
 from documents import Finding
 from documents.arrays import Floats

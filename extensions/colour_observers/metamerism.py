@@ -18,19 +18,15 @@ from typing import Any
 import numpy as np
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.colour_matching import (
-    STANDARD_OBSERVERS,
-    ColorimetricObserver,
-    colorimetric_observer,
-    individual_observers,
-)
-from devices.diagnostics.diagnosis import Check, Diagnosis, PlotAxes, Readout, Trace, numbers
+from devices.colour_matching import STANDARD_OBSERVERS, ColorimetricObserver, colorimetric_observer
+from devices.diagnostics import Check, Diagnosis, DisplayCheck, PlotAxes, Readout, Trace, numbers
 from devices.errors import DeviceError
 from devices.readings import Measurements
 from documents import Finding, pages
 from documents.arrays import Floats
 from documents.pages import Block
 from documents.text import counted
+from extensions.colour_observers.individuals import individual_observers
 
 _FULL, _DARK = 0.999, 1e-3
 MOST_NM, _SEEN_NM = 20.0, (400.0, 700.0)
@@ -229,7 +225,7 @@ def observer_metamerism(
     screen
         The screen's black and primaries.
     observers
-        The individual observers; see `devices.colour_matching.individual_observers`.
+        The individual observers; see `individual_observers`.
     matched_for
         The observer for whom the screen's XYZ are those of the object.
     white_luminance_cd_m2
@@ -249,7 +245,7 @@ def observer_metamerism(
 
     Examples
     --------
-    >>> from devices.colour_matching import categorical_observers
+    >>> from extensions.colour_observers import categorical_observers
     >>> waves = np.arange(400.0, 701.0, 5.0)
     >>> narrow = np.stack([np.exp(-(((waves - mid) / 12.0) ** 2)) for mid in (630, 530, 460)])
     >>> screen = ScreenSpectra(waves, np.zeros(61), 0.01 * narrow)
@@ -339,20 +335,18 @@ def _largest(rise: Floats, start: Floats) -> float:
     return float(most[able].min() if able.any() else most[-1])
 
 
-OBSERVERS_DIFFER = Check(
-    "observer_metamerism", "White beside daylight, to other observers", None, "ΔE00", "Asano et al. 2016"
-)
+_CHECK = Check("observer_metamerism", "White beside daylight, to other observers", None, "ΔE00", "Asano et al. 2016")
 _PERSONS, _FIELD_DEG, _AGES = 500, 10.0, (20.0, 60.0)
 
 
 def observers_differ(measurements: Measurements) -> Diagnosis:
     """Report the ΔE00 that 95 of 100 persons stay below between D65 on white paper and its match on the screen."""
     if measurements.spectra is None:
-        return OBSERVERS_DIFFER.unjudged("The readings are XYZ alone, without spectra.")
+        return _CHECK.unjudged("The readings are XYZ alone, without spectra.")
     try:
         screen = screen_spectra(measurements)
     except DeviceError as error:
-        return OBSERVERS_DIFFER.unjudged(f"{error.findings[0].message[0].upper()}{error.findings[0].message[1:]}.")
+        return _CHECK.unjudged(f"{error.findings[0].message[0].upper()}{error.findings[0].message[1:]}.")
     # Importing all of colour-science takes a second; only readings with spectra wait for it.
     from colour.colorimetry.datasets import SDS_ILLUMINANTS
 
@@ -366,9 +360,9 @@ def observers_differ(measurements: Measurements) -> Diagnosis:
             {"white": np.ones(len(waves))}, light, waves, screen, persons, matched_for=matched_for
         )
     except DeviceError as error:
-        return OBSERVERS_DIFFER.unjudged(f"{error.findings[0].message[0].upper()}{error.findings[0].message[1:]}.")
+        return _CHECK.unjudged(f"{error.findings[0].message[0].upper()}{error.findings[0].message[1:]}.")
     if found.outside:
-        return OBSERVERS_DIFFER.unjudged("D65 lies outside the gamut.")
+        return _CHECK.unjudged("D65 lies outside the gamut.")
     of = found.summary(0)
     standard = {name: float(values[0]) for name, values in found.standard_delta_e_00.items()}
     words = (
@@ -380,9 +374,12 @@ def observers_differ(measurements: Measurements) -> Diagnosis:
     share = 100 * np.arange(1, len(seen) + 1) / len(seen)
     lines = (Trace("persons", numbers(seen), numbers(share), "ink", "line"),)
     rows = (("persons, median", of["median"]), ("persons, 95th percentile", of["p95"]), ("worst", of["worst"]))
-    return OBSERVERS_DIFFER.described(
+    return _CHECK.described(
         of["p95"],
         words,
         series=(PlotAxes("who sees less", "ΔE00", "persons, %", lines),),
         table=Readout(("observer", "ΔE00"), (*rows, *standard.items())),
     )
+
+
+OBSERVERS_DIFFER = DisplayCheck(observers_differ, after="spectral_overlap", of_primaries=True)

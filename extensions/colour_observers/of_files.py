@@ -1,4 +1,4 @@
-"""Observer metamerism of objects in a file, beside a screen: see `devices.diagnostics.observer_metamerism`."""
+"""Observer metamerism of objects in a file, beside a screen: see `extensions.colour_observers.metamerism`."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from typing import Annotated
 
 import numpy as np
 
-from devices.colour_matching import categorical_observers, colorimetric_observer, individual_observers
-from devices.diagnostics import ObserverMetamerism, observer_metamerism, screen_spectra
+from devices.colour_matching import colorimetric_observer
 from devices.readings import read_measurements
 from documents.options import Typed
+from extensions.colour_observers.individuals import categorical_observers, individual_observers
+from extensions.colour_observers.metamerism import MOST_NM, ObserverMetamerism, observer_metamerism, screen_spectra
+from extensions.colour_observers.options import MetamerismOptions
 from stimuli.errors import StimulusError
-from stimuli.spectral.curves import read_illuminant, read_reflectances
-from stimuli.spectral.options import MetamerismOptions
-
-_MOST_NM = 20.0
+from stimuli.spectral import read_illuminant, read_reflectances
 
 
 def metamerism_of_files(
@@ -59,9 +58,9 @@ def metamerism_of_files(
     waves, reflectances = read_reflectances(Path(objects))
     fine = np.arange(np.ceil(waves[0]), np.floor(waves[-1]) + 1)
     at_nm = {name: np.interp(fine, waves, values) for name, values in reflectances.items()}
-    if np.diff(waves).max() > _MOST_NM:
+    if np.diff(waves).max() > MOST_NM:
         gap = float(np.diff(waves).max())
-        raise StimulusError.at(Path(objects), f"its wavelengths are {gap:g} nm apart", f"{_MOST_NM:g} nm at most")
+        raise StimulusError.at(Path(objects), f"its wavelengths are {gap:g} nm apart", f"{MOST_NM:g} nm at most")
     found = observer_metamerism(
         at_nm,
         read_illuminant(options.illuminant, fine),

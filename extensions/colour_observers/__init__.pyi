@@ -1,0 +1,11 @@
+from .individuals import STANDARD_DEVIATIONS as STANDARD_DEVIATIONS
+from .individuals import categorical_observers as categorical_observers
+from .individuals import individual_observer as individual_observer
+from .individuals import individual_observers as individual_observers
+from .metamerism import OBSERVERS_DIFFER as OBSERVERS_DIFFER
+from .metamerism import ObserverMetamerism as ObserverMetamerism
+from .metamerism import ScreenSpectra as ScreenSpectra
+from .metamerism import observer_metamerism as observer_metamerism
+from .metamerism import screen_spectra as screen_spectra
+from .of_files import metamerism_of_files as metamerism_of_files
+from .options import MetamerismOptions as MetamerismOptions
