@@ -23,7 +23,7 @@ help:
 	@echo "make core       the core's tests where the folder extensions/ is not there"
 	@echo "make golden     what of the outputs of forty commands differs from those that were kept (GOLDEN=--write: keep them)"
 	@echo "make check      floors, lint, format, types"
-	@echo "make api        write docs/api.md from the docstrings"
+	@echo "make api        write docs/api.md, keys.md, options.md and log_records.md from the program"
 	@echo "make docs       the pages of docs/ as a site with search, into site/"
 	@echo "make bench      run time against error, peers beside; ends with what is promised and kept (benchmarks/out)"
 	@echo "make bench-release    the same, and this version's figures into benchmarks/history.jsonl"

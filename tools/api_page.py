@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""Write docs/api.md from the faces: every public name with its signature and what its docstring says.
+"""Write the pages of docs/ that are made from the program: what Python can call, keys, options, records of a log.
 
-python tools/api_page.py           write the page
-python tools/api_page.py --check   exit with 1 if the page is not what would be written
+docs/api.md has every public name with its signature and what its docstring says; the others are of
+`tools.reference_pages`.
+
+python tools/api_page.py           write the pages
+python tools/api_page.py --check   exit with 1 if one is not what would be written
 """
 
 from __future__ import annotations
@@ -19,7 +22,6 @@ from pydantic import BaseModel
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
-PAGE = ROOT / "docs" / "api.md"
 PACKAGES = ("cyclopean", "runner", "analysis", "stimuli", "devices", "documents")
 _HEAD = """# What Python can call
 
@@ -121,13 +123,16 @@ def page() -> str:
 
 
 def main() -> None:
-    """Write the page, or compare it."""
-    made = page()
-    if "--check" in sys.argv:
-        if not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != made:
-            sys.exit("docs/api.md is not what the docstrings say: make api")
-        return
-    PAGE.write_text(made, encoding="utf-8")
+    """Write the pages, or compare them."""
+    from tools.reference_pages import keys_page, options_page, records_page
+
+    pages = {"api": page, "keys": keys_page, "options": options_page, "log_records": records_page}
+    for name, made in pages.items():
+        file = ROOT / "docs" / f"{name}.md"
+        if "--check" not in sys.argv:
+            file.write_text(made(), encoding="utf-8")
+        elif not file.is_file() or file.read_text(encoding="utf-8") != made():
+            sys.exit(f"docs/{name}.md is not what the program says: make api")
 
 
 if __name__ == "__main__":

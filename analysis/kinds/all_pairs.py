@@ -33,8 +33,11 @@ class AllPairsRecord(PairRecord):
     written = ("first", "second", "answer", "chosen", "rejected", "first_position", "catch", "correct")
 
     catch: Literal["obvious", "identical"] | None = None
+    """Which catch trial it is, if any."""
     correct: bool | None = None
+    """Whether a catch trial with an obvious answer was answered so."""
     rating_times_s: dict[Name, Seconds | EachTime | None] | None = None
+    """How long each rating took, in s."""
 
     @property
     def is_scored(self) -> bool:

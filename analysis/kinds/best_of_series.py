@@ -40,10 +40,13 @@ class BestOfSeriesRecord(RatedRecord):
     series: Name
     members: list[Name] = Field(alias="stimuli", min_length=2)
     start: Count
+    """The number of the picture that was shown first, from 0."""
     chosen: Name
     chosen_index: Count
     path: list[Visit] = Field(min_length=1)
+    """Each picture that was shown, by its number, and for how many seconds."""
     dwell_s: list[Seconds]
+    """How long each picture was shown, in s."""
 
     @property
     def said(self) -> str:

@@ -68,6 +68,7 @@ class PairRecord(Trial):
     group: str | None = None
     group_factor: str | None = None
     ratings: dict[Name, Whole | EachRating | None] | None = None
+    """By scale the number, or one for each stimulus where none was chosen."""
 
     @property
     def said(self) -> str:

@@ -33,6 +33,7 @@ class PreferenceRecord(PairRecord):
     chosen_view: Literal["stereo", "flat"]
     first_view: Literal["stereo", "flat"]
     interval_s: Annotated[tuple[Seconds, Seconds], Strict(False)] | None = Field(default=None)
+    """How long each interval of a sequence stood, in s."""
 
     @property
     def is_scored(self) -> bool:

@@ -169,20 +169,30 @@ class Trial(Fields):
 
     record: Literal["trial"]
     block: Count
+    """The number of the block, from 0."""
     trial: Count
+    """The number of the trial in its block, from 0."""
     kind: Name
     events: list[Event]
+    """The presses since the record before: key, and seconds since the scene's onset."""
     response_time_s: Seconds
+    """Seconds from the onset to the answer."""
     utc: Utc
     attempt: Count = 0
+    """How often it had been answered before."""
     practice_of: Name | None = None
+    """The kind that was practised, in a trial of practice."""
     nominal: Name | None = None
     uncharacterised: bool = False
     wrong_screen: bool = False
+    """Whether a part of the panel was on no screen."""
     clipping: dict[str, Any] | None = None
+    """What the clip cost each stimulus, where neither the header nor a trial before says it, or what it is since."""
     timed: Annotated[tuple[TimedScene, ...], Strict(False)] = ()
     interruptions: Count = 0
+    """How often it was paused."""
     ignored: Annotated[tuple[Ignored, ...], Strict(False)] = ()
+    """Presses that answered nothing: key, seconds from the onset, why."""
     ignored_more: Count = 0
     timing_marks: Annotated[tuple[TimingMark, ...], Strict(False)] = ()
     window_lost: bool = False

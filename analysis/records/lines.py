@@ -44,7 +44,7 @@ Factor = Text | WholeLevel | Level | bool
 
 
 class EyeCosts(Fields):
-    """What the gamut clip costs one eye of a stimulus, or what is left of crosstalk in it."""
+    """What the gamut clip costs one eye of a stimulus, in % of its pixels and ΔE00, or what crosstalk leaves in it."""
 
     percent_red: Percent | None = None
     percent_green: Percent | None = None
@@ -84,9 +84,12 @@ class Stimulus(Fields):
     name: Name
     factors: dict[Name, Factor] = Field(default_factory=dict)
     size_px: _Size | None = None
+    """Pixels on the screen, wide and high."""
     resampled: Text | None = None
+    """How the recipe computed pixels between pixels; null if it did not."""
     flat: bool = False
     clipping: Clipping | None = None
+    """If it was known when the session began."""
 
 
 class Panel(Fields):
@@ -156,6 +159,7 @@ class SeenDisplay(Fields):
     black_XYZ_cd_m2: Eyes | None = None
     ambient_XYZ_cd_m2: Eyes | None = None
     surround_XYZ_cd_m2: Eyes | None = None
+    """The light around the pictures."""
     distance_mm: Positive | None = None
     glasses: Text | None = None
     mode_options: Json | None = None
@@ -478,6 +482,7 @@ class Resumption(Fields):
     record: Literal["resume"] = "resume"
     utc: Utc
     accepted_changes: dict[Name, Change] = Field(default_factory=dict)
+    """What had changed, by its name."""
     clock_behind_s: NotNegative = 0.0
 
 

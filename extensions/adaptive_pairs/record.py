@@ -23,6 +23,7 @@ class ActivePairsRecord(PairRecord):
     written = ("first", "second", "answer", "chosen", "rejected", "batch")
 
     batch: Count
+    """The number of the batch that chose it, from 0."""
 
     def contradictions(self, session: SoFar, *, practised: bool) -> Iterator[str]:
         """Compare the batch with the one before."""

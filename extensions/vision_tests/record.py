@@ -47,6 +47,7 @@ class PresentationRecord(ScreeningRecord):
     level: Number
     unit: Text
     presentation: Count
+    """Its number in the test, from 0."""
     correct_answer: Side
     answer: Side
     correct: bool
