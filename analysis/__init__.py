@@ -1,7 +1,7 @@
 """What the answers mean; answers alone, no pictures.
 
-Records of sessions and tables of comparisons become scores with their intervals, perceptual classes, effects of
-factors, tests of series, a table of observers, a report, and what a planned study can find.
+Records of sessions and tables of comparisons become scores with their intervals, perceptual classes, tests
+of series, a table of observers, a report, and what a planned study can find.
 """
 
 import lazy_loader

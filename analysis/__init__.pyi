@@ -4,7 +4,6 @@ from .bootstrap.stability import class_stability as class_stability
 from .comparisons.comparisons import Comparisons as Comparisons
 from .comparisons.session_comparisons import from_sessions as from_sessions
 from .comparisons.table import read_table as read_table
-from .factors.effects import factor_effects as factor_effects
 from .observers.filters import Filter as Filter
 from .observers.filters import keep as keep
 from .observers.table import observers_in_comparisons as observers_in_comparisons

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -21,9 +21,9 @@ from runner.reports import ScoresOptions
 
 if TYPE_CHECKING:
     from analysis.comparisons import Coded, CodedTable, Comparisons
-    from analysis.factors import FactorEffects
     from analysis.observers import ObserverTable
     from analysis.records import SessionLog
+    from extensions.factors import FactorEffects
     from extensions.power import PowerStudy
 
 Answers = pd.DataFrame | str | Path
@@ -86,6 +86,16 @@ def scores(answers: Answers, *, with_simulated: bool = False, **options: Any) ->
     )
 
 
+@contextmanager
+def _extension(name: str) -> Iterator[None]:
+    """Say which extension of ours is not there, and what to install."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        what = f"the extension '{name}' is not here"
+        raise InputError(Finding(what, remedy="install cyclopean again, with extensions/")) from error
+
+
 def _section(title: str, blocks: Iterable[Block]) -> list[Section]:
     return [Section("result", title, tuple(blocks))]
 
@@ -112,7 +122,7 @@ def effects(
     use
         The factors in the model, in order; all of them if None.
     method, prior_sd
-        ``ml``, or ``map`` where a level always won, as `analysis.factors.factor_effects` has them.
+        ``ml``, or ``map`` where a level always won, as `extensions.factors.factor_effects` has them.
     with_simulated, keep_na
         As for `scores`.
 
@@ -125,7 +135,7 @@ def effects(
     Raises
     ------
     InputError
-        If the answers cannot be read, a stimulus has no factors, or no factor varies.
+        If the answers cannot be read, a stimulus has no factors, no factor varies, or the extension is not installed.
 
     Examples
     --------
@@ -136,8 +146,8 @@ def effects(
       factor     level  estimate
     0  gloss  per unit      0.47
     """
-    from analysis.factors import factor_effects, session_factors
-    from analysis.report import factors_section
+    with _extension("factors"):
+        from extensions.factors import factor_effects, factors_section, session_factors
 
     if factors is None:
         if _is_table(answers):
@@ -222,11 +232,8 @@ def power(experiment: str | Path, numbers_of_observers: Sequence[int], **options
     >>> study.to_frame()["observers"].tolist()
     [20]
     """
-    try:
+    with _extension("power"):
         from extensions.power import PowerOptions, power_blocks, study_power
-    except ModuleNotFoundError as error:
-        what = "the extension 'power' is not here"
-        raise InputError(Finding(what, remedy="install cyclopean again, with extensions/")) from error
 
     asked = made(PowerOptions, {**options, "observers": tuple(numbers_of_observers)})
     study = study_power(Path(experiment), asked)

@@ -6,6 +6,7 @@ from .classes import classes_if_few as classes_if_few
 from .classes import classify as classify
 from .conclusions import LEVEL as LEVEL
 from .conclusions import Conclusion as Conclusion
+from .conclusions import concluded as concluded
 from .conclusions import verdict_of as verdict_of
 from .multiplicity import ADJUSTMENT_NAMES as ADJUSTMENT_NAMES
 from .multiplicity import corrected as corrected

@@ -3,11 +3,11 @@ from .described import describe as describe
 from .described import report_blocks as report_blocks
 from .estimate import MOST_ITEMS_DRAWN as MOST_ITEMS_DRAWN
 from .estimate import estimate_scores as estimate_scores
-from .factors import factors_section as factors_section
 from .grouped import common_names as common_names
 from .observers import observers_section as observers_section
 from .page import write_report as write_report
 from .part import PARTS as PARTS
+from .part import SCALE_PARTS as SCALE_PARTS
 from .part import Part as Part
 from .part import draws_of_means as draws_of_means
 from .part import parts_of as parts_of

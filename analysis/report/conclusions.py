@@ -14,11 +14,9 @@ from typing import TYPE_CHECKING
 from analysis.classes.conclusions import Conclusion, with_shares
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.factors.result import FactorEffects
 from analysis.inference.conclusions import neighbour_conclusions, without_each
-from analysis.report.factors import effects_in
 from analysis.report.reviewers import Review, stands_cell
-from analysis.report.summary import ReportSummary, Summary
+from analysis.report.summary import Summary
 from analysis.scaling.grouped import score_groups
 from documents.pages import Block, Column, Paragraph, Section, Table
 
@@ -40,8 +38,10 @@ def conclusions_of(report: Report) -> tuple[Conclusion, ...]:
     if report.groups is not None:
         pairs += _neighbours_in_groups(report.groups, report.group_reviews)
         others += _of_agreement(report.groups)
-    if report.factors is not None:
-        others += _of_factors(report.pairs or report.groups, report.factors)
+    compared = report.pairs or report.groups
+    for part in report.scale_parts:
+        own = part.conclusions()
+        others += _robust(own, compared.comparisons, part.again) if compared and part.again else own
     for part in report.parts:
         others += part.conclusions()
     return (*pairs[:1], *others, *pairs[1:])
@@ -70,18 +70,6 @@ def _of_agreement(grouped: GroupedSummary) -> tuple[Conclusion, ...]:
 
     test = grouped.scored.agreement
     return _robust([test.conclusion(grouped.alpha)], grouped.comparisons, asked, grouped.alpha) if test else ()
-
-
-def _of_factors(compared: ReportSummary | None, effects: FactorEffects) -> tuple[Conclusion, ...]:
-    if compared is None:
-        return ()
-    header = compared.header
-
-    def asked(answers: Comparisons) -> tuple[Conclusion, ...]:
-        found = effects_in(answers, header, tests_alone=True)
-        return found.conclusions if found else ()
-
-    return _robust(effects.conclusions, compared.comparisons, asked)
 
 
 def _robust(

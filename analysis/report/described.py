@@ -13,13 +13,12 @@ from analysis.observers.table import observers_in_sessions
 from analysis.records.answered_by import pool
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog
-from analysis.report.checks import failed_checks
+from analysis.report.checks import FailedCheck, failed_checks
 from analysis.report.conclusions import conclusions_blocks, conclusions_of
-from analysis.report.factors import effects_of
 from analysis.report.grouped import GroupedSummary, summarise_groups
 from analysis.report.methods import methods_of
 from analysis.report.notes import on_sessions
-from analysis.report.part import parts_of
+from analysis.report.part import Part, parts_of, scale_parts_of
 from analysis.report.report import Report
 from analysis.report.reviewers import group_reviews_of, review_of
 from analysis.report.scores import beside_words
@@ -29,7 +28,13 @@ from analysis.scaling.shown import Published, group_blocks, score_blocks
 from documents import Finding
 from documents.pages import Badge, Block, Paragraph
 
-_KEYS = {"series", "ratings", *Report.json_keys.values(), *(name.split(".")[-1] for name in Report.json_names.split())}
+_KEYS = {
+    "factors",
+    "series",
+    "ratings",
+    *Report.json_keys.values(),
+    *(name.split(".")[-1] for name in Report.json_names.split()),
+}
 SHUFFLES = 999  # permutations for the test against unrelated preferences: p to three digits
 
 
@@ -92,12 +97,21 @@ def describe(
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
     pairs, grouped = (None, None) if part else _compared(remaining, alpha, adjust, covariance)
     compared = pairs or grouped
-    parts, not_made = parts_of(remaining, lambda: {*_KEYS, *(compared.to_json() if compared else ())}, part or "")
+    of_scales: tuple[Part, ...] = ()
+    failed: tuple[FailedCheck, ...] = ()
+
+    def taken() -> set[str]:
+        return {*_KEYS, *(compared.to_json() if compared else ()), *(one.key for one in of_scales)}
+
+    if compared and (grouped or (pairs and pairs.scores.classes is not None)):
+        of_scales, failed = scale_parts_of(compared.comparisons, compared.header, taken)
+    parts, not_made = parts_of(remaining, taken, part or "")
+    every = (*of_scales, *parts)
     notes = [*kept.notes]
     notes += compared.notes if compared else [*on_sessions(remaining), *(() if part else _without_scores(remaining))]
-    said = {sentence for one in parts for sentence in one.sentences}  # they are in the head of the page
+    said = {sentence for one in every for sentence in one.sentences}  # they are in the head of the page
     notes = [note for note in notes if note not in said]
-    notes += [note for one in parts for note in one.notes]
+    notes += [note for one in every for note in one.notes]
     observers = None
     if compared:
         observers = observers_in_sessions(remaining, shuffles=SHUFFLES, comparisons=compared.comparisons)
@@ -107,14 +121,14 @@ def describe(
         kept=kept,
         pairs=pairs,
         groups=grouped,
-        factors=effects_of(compared) if compared else None,
+        scale_parts=of_scales,
         observers=observers,
         review=review_of(pairs) if pairs else {},
         group_reviews=group_reviews_of(grouped) if grouped else {},
         parts=parts,
         notes=tuple(dict.fromkeys(notes)),
         failed=failed_checks(
-            remaining, compared, observers, [*not_made, *(failed for one in parts for failed in one.failed)]
+            remaining, compared, observers, [*failed, *not_made, *(check for one in every for check in one.failed)]
         ),
         part=part or "",
     )
@@ -178,7 +192,7 @@ def report_blocks(report: Report, published: Published | None = None) -> list[Bl
     return [
         *blocks,
         *map(Paragraph, filter(None, (report.headline, *report.sentences))),
-        *conclusions_blocks(report.conclusions, report.factors.cautions if report.factors else ()),
+        *conclusions_blocks(report.conclusions, report.cautions),
         *map(Paragraph, filter(None, [left_out])),
         *(Paragraph(note, mark=Badge("Note", "open")) for note in report.notes),
         *map(Paragraph, [report.methods.sentence] if report.methods.missing else []),

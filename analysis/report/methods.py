@@ -150,7 +150,7 @@ def _were(number: int) -> str:
 
 
 def _vision(report: Report, cited: Citations) -> str:
-    return " ".join(part.vision for part in report.parts if part.vision)
+    return " ".join(part.vision for part in report.all_parts if part.vision)
 
 
 def _asked(sessions: Sequence[SessionLog], name: str) -> str:
@@ -289,7 +289,7 @@ def _task(report: Report, cited: Citations) -> str:
     done = [each.format(stimuli=len(header.stimuli), answers=answers) for each in words]
     parts = [f"Observers {listed(done)}." if done else ""]
     parts.append(f"They were asked: “{header.question}”" if header.question else "")
-    parts += [sentence for part in report.parts for sentence in part.task]
+    parts += [sentence for part in report.all_parts for sentence in part.task]
     return " ".join(filter(None, [*parts, *_interface(header)]))
 
 

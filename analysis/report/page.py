@@ -11,7 +11,6 @@ from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
 from analysis.report.conclusions import conclusions_section
 from analysis.report.described import describe
-from analysis.report.factors import factors_section
 from analysis.report.groups import group_sections
 from analysis.report.methods import methods_section
 from analysis.report.observers import observers_section, people_section
@@ -145,9 +144,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     names += rest
     adjustment = ADJUSTMENT_NAMES[compared.adjust] if compared else ""
     agreement = report.observers.concordance if report.observers else None
-    sections: list[Section | None] = [
-        conclusions_section(report.conclusions, report.factors.cautions if report.factors else ())
-    ]
+    sections: list[Section | None] = [conclusions_section(report.conclusions, report.cautions)]
     if pairs is not None:
         sections += [
             scores_section(pairs, published, pictures),
@@ -160,12 +157,11 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         sections += group_sections(grouped, published, adjustment, agreement, pictures)
         scales = [(name, part, report.group_reviews.get(name, {})) for name, part in grouped.scales]
         sections.append(reviewers_section(scales))
-    sections.append(factors_section(report.factors) if report.factors else None)
-    for part in report.parts:
+    for part in report.all_parts:
         sections += part.sections(pictures)
     if report.observers is not None:
         sections.append(observers_section(report.observers, report.kept))
-    for part in report.parts:
+    for part in report.all_parts:
         sections += part.observers()
     sections += [
         gallery_section(

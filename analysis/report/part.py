@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.classes.conclusions import Conclusion
+from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.kinds.kinds import KINDS
+from analysis.records.lines import Header
 from analysis.records.session_record import SessionLog
 from analysis.report.checks import FailedCheck
 from analysis.report.references import Citations
@@ -34,11 +36,16 @@ class Part:
         Returns the part's sections, with the pictures to show beside stimuli.
     failed, conclusions
         The checks that failed, and what is concluded.
+    again
+        Asks its questions of other answers, of fewer observers: how robust the conclusions are; None where it is not
+        said. ``cautions`` stand beside them.
     task, analysis, draws, p_values, families, effects
         What Methods say of it: what observers did besides, how it was computed (with the works that are cited), the
         random draws, the p values that count, families of tests, and effect sizes.
     observers, vision
         Returns the sections that follow the table of observers; what Methods say of the observers' vision.
+    by_observers
+        Whether a test of pairs that were compared has the observer as its unit, by a bootstrap.
     """
 
     key: str = ""
@@ -50,12 +57,15 @@ class Part:
     notes: Sequence[str] = ()
     failed: Sequence[FailedCheck] = ()
     conclusions: Callable[[], Iterable[Conclusion]] = tuple
+    again: Callable[[Comparisons], Iterable[Conclusion]] | None = None
+    cautions: Sequence[str] = ()
     task: Sequence[str] = ()
     draws: Sequence[str] = ()
     p_values: Sequence[str] = ()
     families: Sequence[str] = ()
     observers: Callable[[], Iterable[Section]] = tuple
     vision: str = ""
+    by_observers: bool = False
 
 
 def draws_of_means() -> str:
@@ -71,6 +81,10 @@ def draws_of_weights(observers: int) -> str:
     return f"{draws_for(observers):,} draws for each test by bootstrap over observers (seed {SEED})"
 
 
+def _fits(name: str, kind: object) -> str | None:
+    return None if callable(kind) else "is no function that returns a part"
+
+
 # By the name that a kind of record has for it.
 PARTS: Registry[Callable[[Sequence[SessionLog]], Part | None]] = Registry(
     "cyclopean.report_parts",
@@ -79,8 +93,10 @@ PARTS: Registry[Callable[[Sequence[SessionLog]], Part | None]] = Registry(
         "preferences": "analysis.report.ratings:preferences_part",
         "series": "analysis.report.series:series_part",
     },
-    lambda name, kind: None if callable(kind) else "is no function that returns a part",
+    _fits,
 )
+# Of pairs that were compared and have scores; each is asked of every report.
+SCALE_PARTS: Registry[Callable[[Comparisons, Header], Part | None]] = Registry("cyclopean.scale_parts", {}, _fits)
 
 
 def parts_of(
@@ -103,11 +119,24 @@ def parts_of(
             remedy = did_you_mean(only, there) if there else "leave it out"
             raise ResultsError(Finding(f"the results have no part '{only}'", remedy=remedy))
         names = {only: None}
+    return _made(PARTS, filter(None, names), taken, sessions)
+
+
+def scale_parts_of(
+    comparisons: Comparisons, header: Header, taken: Callable[[], Collection[str]]
+) -> tuple[tuple[Part, ...], tuple[FailedCheck, ...]]:
+    """Return the parts that are asked of pairs that were compared, and what failed as `parts_of` does."""
+    return _made(SCALE_PARTS, SCALE_PARTS.names(), taken, comparisons, header)
+
+
+def _made(
+    registry: Registry[Any], names: Iterable[str], taken: Callable[[], Collection[str]], *of: Any
+) -> tuple[tuple[Part, ...], tuple[FailedCheck, ...]]:
     parts: list[Part] = []
     failed = []
-    for name in filter(None, names):
+    for name in names:
         try:
-            part = _part(name, sessions, taken, [one.key for one in parts])
+            part = _part(registry, name, taken, [one.key for one in parts], *of)
         except ExtensionError as error:
             finding = error.findings[0]
             failed.append(FailedCheck(f"The part '{name}' of the report", finding.message, finding.remedy or ""))
@@ -117,11 +146,12 @@ def parts_of(
 
 
 def _part(
-    name: str, sessions: Sequence[SessionLog], taken: Callable[[], Collection[str]], others: Collection[str]
+    registry: Registry[Any], name: str, taken: Callable[[], Collection[str]], others: Collection[str], *of: Any
 ) -> Part | None:
-    with PARTS.blamed(name):
-        part = PARTS.wanted(name, "part of the report")(sessions)
-        if part is not None and PARTS.offer(name):  # what it says later is tried here, where its package can be named
+    with registry.blamed(name):
+        part: Part | None = registry.wanted(name, "part of the report")(*of)
+        # What another package's says later is tried here, where the package can be named.
+        if part is not None and registry.offer(name):
             if part.key and part.key in {*others, *taken()}:
                 raise ValueError(f"its key '{part.key}' is taken")
             part.sections({}), part.analysis(Citations()), tuple(part.conclusions())

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from analysis.classes.conclusions import Conclusion
-from analysis.factors.result import FactorEffects
 from analysis.kinds.kinds import KINDS
 from analysis.observers.filters import KeptSessions
 from analysis.observers.table import ObserverTable
@@ -40,8 +39,8 @@ class Report(JsonResult):
     pairs, groups
         Paired comparisons: scores and classes, on one scale or, where pairs were compared within groups, on one for
         each.
-    factors, observers
-        Effects of the stimuli's factors on them, and the observer table.
+    scale_parts, observers
+        What else is said of them, such as what the stimuli's factors do, and the observer table.
     review
         What reviewers ask of the scores, by its key in JSON; empty without scores on one scale.
     group_reviews
@@ -65,7 +64,7 @@ class Report(JsonResult):
     kept: KeptSessions
     pairs: Summary | None
     groups: GroupedSummary | None
-    factors: FactorEffects | None
+    scale_parts: tuple[Part, ...]
     observers: ObserverTable | None
     review: Review
     group_reviews: Mapping[str, Review]
@@ -82,10 +81,11 @@ class Report(JsonResult):
         "failed": "failed_checks",
         "observers": "observer_table",
         "by_part": "*",
+        "by_scale": "*",
         "number": "sessions",
     }
     json_names: ClassVar = (
-        "header.experiment header.question number kept what_eyes_saw pairs groups conclusions notes failed factors "
+        "header.experiment header.question number kept what_eyes_saw pairs groups conclusions notes failed by_scale "
         "observers review group_reviews by_part methods not_reported"
     )
 
@@ -114,12 +114,27 @@ class Report(JsonResult):
         sentences = [compared.sentence for compared in (self.pairs, self.groups) if compared is not None]
         if self.smallest is not None and self.smallest.nats is not None:
             sentences.append(self.smallest.sentence)  # one that finds nothing is among the notes
-        return (*sentences, *(sentence for part in self.parts for sentence in part.sentences))
+        return (*sentences, *(sentence for part in self.all_parts for sentence in part.sentences))
 
     @property
     def by_part(self) -> dict[str, Any]:
         """The result of each part; those of series and of ratings are always there."""
         return {"series": None, "ratings": None} | {part.key: part.result for part in self.parts if part.key}
+
+    @property
+    def by_scale(self) -> dict[str, Any]:
+        """The result of each part of pairs that were compared; that of factors is always there."""
+        return {"factors": None} | {part.key: part.result for part in self.scale_parts if part.key}
+
+    @property
+    def cautions(self) -> list[str]:
+        """What to bear in mind of the conclusions."""
+        return [caution for part in self.scale_parts for caution in part.cautions]
+
+    @property
+    def all_parts(self) -> tuple[Part, ...]:
+        """The parts of pairs that were compared, then those of other trials."""
+        return (*self.scale_parts, *self.parts)
 
     @property
     def number(self) -> int:

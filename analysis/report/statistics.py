@@ -35,11 +35,7 @@ def analysis_words(report: Report, cited: Citations) -> str:
     parts = [
         _compared(compared, ADJUSTMENT_NAMES[compared.adjust], cited) if compared else "",
         f"Circular triads and Kendall's u are those of {cited.cite('Kendall1940')}." if report.observers else "",
-        "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in them "
-        f"{cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
-        if report.factors
-        else "",
-        *(part.analysis(cited) for part in report.parts),
+        *(part.analysis(cited) for part in report.all_parts),
     ]
     return " ".join(filter(None, parts)) or "No score, mean or threshold was computed."
 
@@ -79,6 +75,8 @@ def _draws_of_pairs(report: Report) -> Iterator[str]:
     compared = report.pairs or report.groups
     if compared and _by_observers(report):
         yield draws_of_weights(len(compared.observers))
+    for part in report.scale_parts:
+        yield from part.draws
     concordance = report.observers.concordance if report.observers else None
     if concordance is not None and concordance.strangers_p is not None:
         yield (
@@ -93,10 +91,8 @@ def _draws_of_pairs(report: Report) -> Iterator[str]:
 
 def _by_observers(report: Report) -> bool:
     """Whether a test of pairs has the observer as its unit, by a bootstrap."""
-    factors = report.factors
-    of_factors = [test.by_observers for test in factors.tests] if factors else []
-    of_factors += [test.by_observers for test in factors.interactions] if factors else []
-    return any(of_factors) or any(scale.one_scale and scale.one_scale.by_observers for scale in _scales(report))
+    of_parts = any(part.by_observers for part in report.scale_parts)
+    return of_parts or any(scale.one_scale and scale.one_scale.by_observers for scale in _scales(report))
 
 
 VERDICTS = (
@@ -122,12 +118,7 @@ def p_words(report: Report, cited: Citations) -> str:
             "Whether one scale fits is judged by the p value of the χ² distribution, which treats all answers as "
             f"independent, for there are fewer than {FEWEST_OBSERVERS} observers."
         )
-    if report.factors and report.factors.tests:
-        by_observers = any(test.observer_p is not None for test in report.factors.tests)
-        which = (
-            "Of a factor's two p values the one by observers is to be reported; that" if by_observers else "The p value"
-        )
-        parts.append(f"{which} of a factor's likelihood ratio treats all answers as independent.")
+    parts += [sentence for part in report.scale_parts for sentence in part.p_values]
     if report.observers and any(line.consistency and line.consistency.test for line in report.observers.lines):
         parts.append("The p value of circular triads is the mid-p value.")
     if isinstance(report.review.get("transitivity"), Transitivity):
@@ -163,13 +154,7 @@ def _families(report: Report) -> Iterator[str]:
     judged = [line for line in report.observers.lines if line.fit] if report.observers else []
     if judged:
         yield f"whether each of {counted(len(judged), 'observer')} is unlike the others, with {_HOLM}"
-    factors = report.factors
-    if factors and factors.tests:
-        yield f"{counted(len(factors.tests), 'factor')}, not corrected"
-    crossed = [test for test in factors.interactions if test.p is not None] if factors else []
-    if crossed:
-        yield f"{counted(len(crossed), 'interaction')} of factors, with {_HOLM}"
-    for part in report.parts:
+    for part in report.all_parts:
         yield from part.families
 
 
@@ -187,10 +172,7 @@ def effect_words(report: Report, cited: Citations) -> str:
     pairs = report.review.get("pairs")
     if report.pairs and isinstance(pairs, PairProbabilities) and pairs.pairs:
         parts.append(_largest(report.pairs, report.review, pairs))
-    if report.factors and report.factors.effects:
-        by = " by observers" if any(effect.robust_p is not None for effect in report.factors.effects) else ""
-        parts.append(f"Effects of factors are differences of log strength too, with 95 % intervals{by}.")
-    parts += [part.effects for part in report.parts if part.effects]
+    parts += [part.effects for part in report.all_parts if part.effects]
     return " ".join(parts) or "No effect size is reported."
 
 

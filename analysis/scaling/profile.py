@@ -31,7 +31,7 @@ from analysis.scaling.jeffreys import Jeffreys
 from analysis.scaling.laws import LAWS, LOGISTIC
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
-from analysis.scaling.separation import LEVEL, drawn_apart
+from analysis.scaling.separation import DIRECTION_ROUNDING, drawn_apart
 from documents import count_work
 from documents.arrays import Flags, Floats, Indices
 
@@ -218,7 +218,7 @@ def why_by_standard_errors(fit: Fit) -> str:
 def _unbounded(fit: Fit, first: Indices, second: Indices) -> Floats:
     away = drawn_apart(fit.counts, ties=LAWS[fit.model].parameter is not None)
     apart = away[first] - away[second]
-    return np.where(np.abs(apart) > LEVEL, np.sign(apart), 0.0)
+    return np.where(np.abs(apart) > DIRECTION_ROUNDING, np.sign(apart), 0.0)
 
 
 def why_not_profiled(counts: Counts) -> str:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 Groups = tuple[tuple[int, ...], ...]
 AGREES = 0.5
-LEVEL = 1e-5
+DIRECTION_ROUNDING = 1e-5
 MOST_NAMED = 8
 MOST_DENSE_ITEMS = 256
 
@@ -358,13 +358,13 @@ def _together(n: int, sentence: str) -> Separation:
 
 def _explained(theta: Floats, further: Floats, items: Sequence[str]) -> Separation:
     tie, order = further.tolist()
-    aside = " and ties grow more likely" if tie > LEVEL else ""
-    if order > LEVEL:
+    aside = " and ties grow more likely" if tie > DIRECTION_ROUNDING else ""
+    if order > DIRECTION_ROUNDING:
         aside += " and the first place gains"
-    elif order < -LEVEL:
+    elif order < -DIRECTION_ROUNDING:
         aside += " and the second place gains"
     ranked = np.argsort(-theta, kind="stable")
-    cuts = np.flatnonzero(-np.diff(theta[ranked]) > LEVEL) + 1
+    cuts = np.flatnonzero(-np.diff(theta[ranked]) > DIRECTION_ROUNDING) + 1
     groups = tuple(tuple(sorted(group.tolist())) for group in np.split(ranked, cuts))
     if len(groups) > 1:
         return Separation(groups, (_drawing_apart(groups, items, aside),))

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 
 from analysis.kinds import KINDS
 from analysis.records import SurfaceFacts
-from analysis.report import PARTS
+from analysis.report import PARTS, SCALE_PARTS
 from analysis.scaling import LAWS
 from devices.diagnostics import DIAGNOSTICS
 from devices.display import CURVES, AskMonitor, Rig, panel_of_monitor, read_rig
@@ -354,6 +354,7 @@ REGISTRIES: tuple[Registry[Any], ...] = (
     BLOCKS,
     KINDS,
     PARTS,
+    SCALE_PARTS,
     RECIPES,
     MEASURES,
     LAWS,

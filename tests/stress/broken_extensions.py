@@ -9,7 +9,8 @@ from pathlib import Path
 GROUPS = {
     **{"blocks": "all_pairs", "records": "all_pairs", "report_parts": "series", "recipes": "pictures"},
     **{"measures": "flip", "scalings": "davidson", "models": "srgb", "readers": "csv", "instruments": "pr655"},
-    **{"marks": "serial", "listeners": "", "exporters": "bids", "methods": "pwcmp", "commands": "scores"},
+    **{"marks": "serial", "listeners": "", "exporters": "bids", "methods": "pwcmp", "scale_parts": "factors"},
+    "commands": "scores",
 }
 SOUND = "CYCLOPEAN_INTERFACE = 1\nThing = 1"
 SPITEFUL = """

@@ -15,10 +15,10 @@ from analysis.bootstrap import class_stability, intervals
 from analysis.bootstrap.confidence_intervals import KINDS
 from analysis.bootstrap.replicates import resample_counts
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.factors import factor_effects
 from analysis.scaling import fit
 from benchmarks.simulated_studies import Design, decisions
 from documents.arrays import Floats
+from extensions.factors import factor_effects
 from extensions.thresholds import FUNCTIONS, QuestPlus, Staircase, fit_threshold, simulate
 from tests.kept import known
 from tests.stress.answered import answered

@@ -389,12 +389,11 @@ def test_kinds_of_series_and_views_have_lines_too(choosing: Sessions, preferring
 
 @pytest.mark.usefixtures("undrawn")
 def test_main_effects_in_an_interaction_are_averages_and_it_stands_with_their_lines(report: Report) -> None:
-    assert report.factors is not None
-    found = replace(report.factors.interactions[0], p=0.001, p_holm=0.001, observer_p_holm=0.001)
-    crossed = replace(report, factors=replace(report.factors, interactions=(found,)))
-    plain = replace(report, factors=replace(report.factors, interactions=()))
-    for one, cautions in ((crossed, 2), (plain, 0)):
-        section = sections_of(one, {}, {})[0]
+    (part,) = report.scale_parts
+    found = replace(part.result.interactions[0], p=0.001, p_holm=0.001, observer_p_holm=0.001)
+    for interactions, cautions in (((found,), 2), ((), 0)):
+        own = replace(part, cautions=replace(part.result, interactions=interactions).cautions)
+        section = sections_of(replace(report, scale_parts=(own,)), {}, {})[0]
         assert section.key == "conclusions"
         assert sum("is an average over" in getattr(block, "text", "") for block in section.blocks) == cautions
 

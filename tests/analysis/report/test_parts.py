@@ -17,7 +17,7 @@ from PIL import Image
 from analysis.errors import ResultsError
 from analysis.observers import Filter
 from analysis.records import SessionLog
-from analysis.report import Report, describe, listed, write_report
+from analysis.report import SCALE_PARTS, Report, describe, listed, write_report
 from analysis.report.page import render, sections_of
 from analysis.report.ratings import sign_test
 from documents import InputError
@@ -284,3 +284,41 @@ def test_scales_whose_names_are_one_file_name_have_two(rating: Sessions, tmp_pat
     write_report(both, tmp_path / "report.html", csv_folder=tmp_path / "csv", figure_folder=tmp_path / "figures")
     assert len(list((tmp_path / "csv").glob("ratings_*.csv"))) == 2
     assert len(list((tmp_path / "figures").glob("ratings_*.svg"))) == 2
+
+
+COUNTING = """
+from analysis.report import Part
+from documents.pages import Section
+
+CYCLOPEAN_INTERFACE = 1
+
+def part(comparisons, header):
+    items = len(comparisons.items)
+    section = Section("counted", f"{items} stimuli", ())
+    analysis = f"The {items} stimuli were counted."
+    return Part("counted", items, sections=lambda pictures: [section], analysis=lambda cited: analysis)
+
+def torn(comparisons, header):
+    raise ValueError("no table")
+
+def factors(comparisons, header):
+    return Part("factors", 1)
+"""
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_another_packages_part_is_asked_of_pairs_that_were_compared(
+    install: Callable[..., None], sessions: list[SessionLog], preferring: Sessions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(SCALE_PARTS, "_loaded", {})
+    install("counting", COUNTING, group=SCALE_PARTS.group, counted="part", torn="torn", effects="factors")
+    report = describe(sessions)
+    told = report.to_json()
+    assert told["counted"] == len(known(report.pairs).scores.items)
+    assert told["factors"] != 1
+    assert "counted" in keys(report)
+    assert "stimuli were counted." in json.dumps(told["methods"])
+    reasons = [check.reason for check in report.failed]
+    for said in ("it raised ValueError: no table", "its key 'factors' is taken"):
+        assert sum(said in reason and "counting 1.0" in reason for reason in reasons) == 1
+    assert not describe(preferring()).scale_parts

@@ -17,7 +17,6 @@ from scipy.stats import t as student
 
 from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.comparisons import Answer, Comparisons, from_answers
-from analysis.factors import factor_effects
 from analysis.inference import equivalence, pair_probabilities
 from analysis.inference.chances import PairProbability
 from analysis.scaling import (
@@ -50,6 +49,7 @@ from analysis.scaling.robust_tests import (
 from analysis.scaling.shown import summary_lines
 from analysis.series.just_noticeable import observer_test as step_test
 from documents.arrays import Floats
+from extensions.factors import factor_effects
 from runner.cli.main import group as command
 from tests.analysis.slow_profiles import SlowProfile, of_law, of_pair
 from tests.choice import nightly

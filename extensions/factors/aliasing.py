@@ -11,10 +11,10 @@ from itertools import combinations
 
 import numpy as np
 
-from analysis.factors.terms import Term
-from analysis.factors.values import Omitted
-from analysis.scaling.separation import Groups
+from analysis.scaling import Groups
 from documents.arrays import Floats
+from extensions.factors.terms import Term
+from extensions.factors.values import Omitted
 
 TOLERANCE = 1e-9
 

@@ -7,14 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.factors.aliasing import orthonormal
-from analysis.factors.terms import Term
-from analysis.scaling.counts import Counts
-from analysis.scaling.designs import Columns
-from analysis.scaling.laws import LOGISTIC
-from analysis.scaling.newton import maximise
-from analysis.scaling.penalty import NO_PENALTY, Gaussian
+from analysis.scaling import LOGISTIC, Columns, Counts, Gaussian, NoPenalty, maximise
 from documents.arrays import Floats
+from extensions.factors.aliasing import orthonormal
+from extensions.factors.terms import Term
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +73,7 @@ def fit_terms(counts: Counts, terms: Sequence[Term], prior_sd: float | None = No
         σ in nats of a Gaussian prior on each strength, above zero; None for no prior.
     """
     design = Columns(centred_basis(terms, counts.n))
-    penalty = NO_PENALTY if prior_sd is None else Gaussian.of_sd(prior_sd)
+    penalty = NoPenalty() if prior_sd is None else Gaussian.of_sd(prior_sd)
     top = maximise(counts, penalty=penalty, design=design)
     difference = counts.differences(top.theta)
     weight = LOGISTIC.slopes(counts, difference, 0.0).dd

@@ -7,7 +7,7 @@ free ones θ with all the precision of θ as weight, H being their information (
     R² = 1 − (θ − θ̂)ᵀ H (θ − θ̂) / θᵀ H θ
 
 which is generalised least squares' [Buse1973]. Lack of fit is the test of the factors against the free model, as
-`analysis.factors.likelihood_ratio` has them.
+`extensions.factors.likelihood_ratio` has them.
 """
 
 from __future__ import annotations
@@ -17,16 +17,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from analysis.classes.conclusions import Conclusion, concluded
-from analysis.factors.fit import TermsFit
-from analysis.factors.likelihood_ratio import chance, covariance_at, observer_test
-from analysis.scaling.counts import Counts
-from analysis.scaling.designs import ITEMS
-from analysis.scaling.fitting import fit as fit_wins
-from analysis.scaling.laws import LOGISTIC
-from analysis.scaling.robust_tests import ObserverTest
+from analysis.classes import Conclusion, concluded
+from analysis.scaling import ITEMS, LOGISTIC, Counts, ObserverTest
+from analysis.scaling import fit as fit_wins
 from documents.arrays import Floats
 from documents.text import JsonResult
+from extensions.factors.fit import TermsFit
+from extensions.factors.likelihood_ratio import chance, covariance_at, observer_test
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,16 +8,14 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from analysis.classes.conclusions import Conclusion
-from analysis.classes.multiplicity import two_sided_p
-from analysis.factors.explained import Explained
-from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
-from analysis.factors.terms import Coding
-from analysis.factors.values import Factor, Omitted
-from analysis.scaling.result import Maximised, t_quantile
-from analysis.scaling.robust_tests import FEWEST_OBSERVERS
+from analysis.classes import Conclusion, two_sided_p
+from analysis.scaling import FEWEST_OBSERVERS, Maximised, t_quantile
 from documents.arrays import Floats
 from documents.text import JsonResult
+from extensions.factors.explained import Explained
+from extensions.factors.likelihood_ratio import FactorTest, InteractionTest
+from extensions.factors.terms import Coding
+from extensions.factors.values import Factor, Omitted
 
 FactorMethod = Literal["ml", "map"]
 UNDER_A_PRIOR = "Under a prior all effects are finite, but untested: type cyclopean.effects(FOLDER, method='map')."

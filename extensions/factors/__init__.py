@@ -2,7 +2,7 @@
 
 `values` reads the factors of the stimuli; `terms` turns a factor into columns of X; `aliasing` chooses those that the
 comparisons can distinguish; `separation` reports effects without a finite maximum; `fit` maximises the likelihood;
-`likelihood_ratio` and `explained` compare models; `effects` puts all together; `figure` draws.
+`likelihood_ratio` and `explained` compare models; `effects` puts all together; `figure` draws, and `report` tells.
 """
 
 import lazy_loader

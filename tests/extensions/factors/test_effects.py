@@ -13,12 +13,12 @@ import pytest
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.comparisons.comparisons import without_observers
 from analysis.errors import ResultsError
-from analysis.factors import FactorEffects, factor_effects, session_factors
-from analysis.factors.terms import empty_cell, interaction_term, main_term
-from analysis.factors.values import Factor, FactorOptions, read_factors
 from analysis.records import SessionLog
 from analysis.scaling import fit
 from documents.arrays import Floats
+from extensions.factors import FactorEffects, factor_effects, session_factors
+from extensions.factors.terms import empty_cell, interaction_term, main_term
+from extensions.factors.values import Factor, FactorOptions, read_factors
 from tests.analysis.slow_profiles import SlowProfile
 from tests.kept import known
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog
+from analysis.records import SessionLog
 from documents import Finding
 from documents.text import JsonResult
 

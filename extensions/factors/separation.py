@@ -9,10 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from analysis.factors.terms import Term
-from analysis.scaling.counts import Counts
-from analysis.scaling.separation import LEVEL, items_are_linked, recession
+from analysis.scaling import DIRECTION_ROUNDING, Counts, items_are_linked, recession
 from documents.arrays import Floats
+from extensions.factors.terms import Term
 
 
 def is_separated(counts: Counts, terms: Sequence[Term]) -> bool:
@@ -23,7 +22,7 @@ def is_separated(counts: Counts, terms: Sequence[Term]) -> bool:
 def separated_effects(counts: Counts, terms: Sequence[Term]) -> tuple[str, ...]:
     """Say in sentences which effects have no finite maximum; nothing if all have one.
 
-    ``terms`` are independent, as `analysis.factors.aliasing.choose_terms` leaves them. One sentence stands for each
+    ``terms`` are independent, as `extensions.factors.aliasing.choose_terms` leaves them. One sentence stands for each
     term that runs away by itself; if only several together do, one sentence for them.
     """
     if items_are_linked(counts):
@@ -43,7 +42,7 @@ def separated_effects(counts: Counts, terms: Sequence[Term]) -> tuple[str, ...]:
     orders = [
         _order(term, direction[start : start + term.width])
         for term, start in zip(terms, starts, strict=False)
-        if np.abs(direction[start : start + term.width]).max() > LEVEL
+        if np.abs(direction[start : start + term.width]).max() > DIRECTION_ROUNDING
     ]
     return (f"The likelihood rises without end as these effects grow: {'; '.join(orders)}.",)
 
@@ -63,7 +62,7 @@ def _order(term: Term, coefficients: Floats) -> str:
 
 def _levels(term: Term, coefficients: Floats) -> tuple[list[float], dict[float, list[str]]]:
     along = term.contrasts @ coefficients
-    values = [round(float(value) / LEVEL) * LEVEL for value in along]
+    values = [round(float(value) / DIRECTION_ROUNDING) * DIRECTION_ROUNDING for value in along]
     groups: dict[float, list[str]] = {}
     if term.reference is not None:
         values.insert(0, 0.0)

@@ -16,14 +16,19 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.factors import FactorEffects, drawn_rows, effects_svg, factor_effects
-from analysis.factors.separation import is_separated, separated_effects
-from analysis.factors.terms import Term
-from analysis.report import factors_section
-from analysis.report.factors import explained_words
 from analysis.scaling import ObserverTest, count_pairs
 from analysis.scaling.separation import recession, strong_groups
 from documents.pages import Paragraph
+from extensions.factors import (
+    FactorEffects,
+    drawn_rows,
+    effects_svg,
+    explained_words,
+    factor_effects,
+    factors_section,
+)
+from extensions.factors.separation import is_separated, separated_effects
+from extensions.factors.terms import Term
 from tests.analysis.conftest import answers_of
 from tests.kept import known
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from analysis.errors import ResultsError
-from analysis.factors.result import Effect, FactorEffects
-from analysis.factors.values import Factor
 from documents import Finding
 from documents.figures import FAINT, INK, Drawing, drawing, drawn, short
+from extensions.factors.result import Effect, FactorEffects
+from extensions.factors.values import Factor
 
 EFFECT, LONGEST_NAME = "#165466", 34
 
@@ -27,7 +27,7 @@ class DrawnRow:
     estimate, interval, robust_interval
         In nats; an interval is None where there is none.
     p, robust_p
-        As in `analysis.factors.result.Effect`.
+        As in `extensions.factors.result.Effect`.
     """
 
     factor: str
@@ -57,7 +57,7 @@ def drawn_rows(effects: FactorEffects) -> tuple[DrawnRow, ...]:
     Examples
     --------
     >>> from analysis.comparisons import Answer, from_answers
-    >>> from analysis.factors import factor_effects
+    >>> from extensions.factors import factor_effects
     >>> answers = from_answers([Answer("flat", "stereo", 10), Answer("stereo", "flat", 30)])
     >>> effects = factor_effects(answers, {"flat": {"view": "flat"}, "stereo": {"view": "stereo"}})
     >>> [(row.factor, row.level, round(row.estimate, 3)) for row in drawn_rows(effects)]
@@ -118,7 +118,7 @@ def effects_svg(effects: FactorEffects, width_in: float = 6.5) -> str:
     Examples
     --------
     >>> from analysis.comparisons import Answer, from_answers
-    >>> from analysis.factors import factor_effects
+    >>> from extensions.factors import factor_effects
     >>> answers = from_answers([Answer("flat", "stereo", 10), Answer("stereo", "flat", 30)])
     >>> effects = factor_effects(answers, {"flat": {"view": "flat"}, "stereo": {"view": "stereo"}})
     >>> effects_svg(effects).startswith("<svg")

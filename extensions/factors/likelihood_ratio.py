@@ -17,22 +17,26 @@ from typing import ClassVar
 
 import numpy as np
 
-from analysis.classes.conclusions import Conclusion, concluded
-from analysis.classes.multiplicity import holm
-from analysis.factors.aliasing import rank_gained
-from analysis.factors.fit import TermsFit, fit_terms
-from analysis.factors.separation import is_separated
-from analysis.factors.terms import Term, empty_cell, interaction_term
-from analysis.factors.values import Factor
-from analysis.scaling.counts import Answers, Counts
-from analysis.scaling.designs import Columns, ModelDesign
-from analysis.scaling.laws import LOGISTIC
-from analysis.scaling.newton import Point
-from analysis.scaling.robust_tests import ObserverTest, from_factors
-from analysis.scaling.sandwich import observer_slopes
-from analysis.scaling.separation import Groups
+from analysis.classes import Conclusion, concluded, holm
+from analysis.scaling import (
+    LOGISTIC,
+    Answers,
+    Columns,
+    Counts,
+    Groups,
+    ModelDesign,
+    ObserverTest,
+    Point,
+    from_factors,
+    observer_slopes,
+)
 from documents.arrays import Floats
 from documents.text import JsonResult
+from extensions.factors.aliasing import rank_gained
+from extensions.factors.fit import TermsFit, fit_terms
+from extensions.factors.separation import is_separated
+from extensions.factors.terms import Term, empty_cell, interaction_term
+from extensions.factors.values import Factor
 
 NO_SPREAD = 1e-6
 WORST_CONDITION = 1e12

@@ -7,24 +7,29 @@ from typing import Any, get_args
 
 import numpy as np
 
-from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.factors.aliasing import choose_terms
-from analysis.factors.explained import explain
-from analysis.factors.fit import TermsFit, fit_terms
-from analysis.factors.likelihood_ratio import NO_SPREAD, factor_tests, interaction_tests, robust_wald, slopes_at
-from analysis.factors.result import Effect, FactorEffects, FactorMethod, Tested, by_standard_error, effect
-from analysis.factors.separation import separated_effects
-from analysis.factors.terms import Coding, Term, main_term
-from analysis.factors.values import FactorOptions, Value, read_factors
-from analysis.scaling.counts import Answers, Counts, count_pairs
-from analysis.scaling.designs import Columns, outweighed
-from analysis.scaling.fitting import DEFAULT_PRIOR_SD
-from analysis.scaling.jeffreys import Jeffreys
-from analysis.scaling.profile import Profiles
-from analysis.scaling.separation import compared_groups
+from analysis.scaling import (
+    DEFAULT_PRIOR_SD,
+    Answers,
+    Columns,
+    Counts,
+    Jeffreys,
+    Profiles,
+    compared_groups,
+    count_pairs,
+    outweighed,
+)
 from documents import Finding, one_blas_thread
 from documents.arrays import Floats
+from extensions.factors.aliasing import choose_terms
+from extensions.factors.explained import explain
+from extensions.factors.fit import TermsFit, fit_terms
+from extensions.factors.likelihood_ratio import NO_SPREAD, factor_tests, interaction_tests, robust_wald, slopes_at
+from extensions.factors.result import Effect, FactorEffects, FactorMethod, Tested, by_standard_error, effect
+from extensions.factors.separation import separated_effects
+from extensions.factors.terms import Coding, Term, main_term
+from extensions.factors.values import FactorOptions, Value, read_factors
 
 MOST_ITEMS_PROFILED = 200
 

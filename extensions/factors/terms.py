@@ -13,8 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from analysis.factors.values import Factor
 from documents.arrays import Floats
+from extensions.factors.values import Factor
 
 Coding = Literal["treatment", "sum"]
 

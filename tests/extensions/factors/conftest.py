@@ -12,6 +12,9 @@ import yaml
 from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
+from tests.analysis.conftest import make_session
+
+__all__ = ["make_session"]
 
 ROOT = Path(__file__).parents[3]
 # Medina 2016, Table 4.3: exposure time in seconds, luminance scaling factor.

@@ -2,30 +2,80 @@
 
 from __future__ import annotations
 
-from analysis.comparisons.comparisons import Comparisons
+from collections.abc import Iterable, Iterator
+
+from analysis.classes import ADJUSTMENT_NAMES, Conclusion
+from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.factors.effects import factor_effects
-from analysis.factors.result import FactorEffects
-from analysis.records.lines import Header
-from analysis.report.summary import ReportSummary, Summary
-from analysis.report.words import fixed, percent
+from analysis.records import Header
+from analysis.report import Part, fixed, percent
 from documents.figures import NARROW_IN, WIDE_IN
 from documents.pages import Block, Column, Figure, Paragraph, Section, Table
+from documents.text import counted
+from extensions.factors.effects import factor_effects
+from extensions.factors.result import FactorEffects
 
 INDEPENDENT = "p if all answers were independent"
 
 
-def effects_of(compared: ReportSummary) -> FactorEffects | None:
-    """Return the effects of the factors in the sessions' header; None where none can be estimated."""
-    if isinstance(compared, Summary) and compared.scores.classes is None:
+def factors_part(comparisons: Comparisons, header: Header) -> Part | None:
+    """Return what a report says of the stimuli's factors; None where no effect can be estimated."""
+    effects = effects_in(comparisons, header)
+    if effects is None:
         return None
-    return effects_in(compared.comparisons, compared.header)
+
+    def again(answers: Comparisons) -> Iterable[Conclusion]:
+        found = effects_in(answers, header, tests_alone=True)
+        return found.conclusions if found else ()
+
+    return Part(
+        key="factors",
+        result=effects,
+        sections=lambda pictures: [factors_section(effects)],
+        conclusions=lambda: effects.conclusions,
+        again=again,
+        cautions=effects.cautions,
+        analysis=lambda cited: (
+            "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in "
+            f"them {cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
+        ),
+        by_observers=any(
+            [*(test.by_observers for test in effects.tests), *(test.by_observers for test in effects.interactions)]
+        ),
+        p_values=tuple(_p_values(effects)),
+        families=tuple(_families(effects)),
+        effects=_effect_words(effects),
+    )
+
+
+def _p_values(effects: FactorEffects) -> Iterator[str]:
+    if effects.tests:
+        by_observers = any(test.observer_p is not None for test in effects.tests)
+        which = (
+            "Of a factor's two p values the one by observers is to be reported; that" if by_observers else "The p value"
+        )
+        yield f"{which} of a factor's likelihood ratio treats all answers as independent."
+
+
+def _families(effects: FactorEffects) -> Iterator[str]:
+    if effects.tests:
+        yield f"{counted(len(effects.tests), 'factor', 'factors')}, not corrected"
+    crossed = [test for test in effects.interactions if test.p is not None]
+    if crossed:
+        yield f"{counted(len(crossed), 'interaction', 'interactions')} of factors, with {ADJUSTMENT_NAMES['holm']}"
+
+
+def _effect_words(effects: FactorEffects) -> str:
+    if not effects.effects:
+        return ""
+    by = " by observers" if any(effect.robust_p is not None for effect in effects.effects) else ""
+    return f"Effects of factors are differences of log strength too, with 95 % intervals{by}."
 
 
 def effects_in(comparisons: Comparisons, header: Header, *, tests_alone: bool = False) -> FactorEffects | None:
     """Return the effects of the factors in ``header`` on ``comparisons``; None where none can be estimated.
 
-    With ``tests_alone`` without the effects themselves, as `analysis.factors.effects.factor_effects` has it.
+    With ``tests_alone`` without the effects themselves, as `extensions.factors.factor_effects` has it.
     """
     factors = header.factors
     if not any(factors.get(item) for item in comparisons.items):
@@ -48,7 +98,7 @@ def factors_section(effects: FactorEffects) -> Section:
 
 
 def _figure(effects: FactorEffects) -> Figure:
-    from analysis.factors.figure import draw_effects, drawn_rows
+    from extensions.factors.figure import draw_effects, drawn_rows
 
     columns = (
         Column("Factor", "factor"),
