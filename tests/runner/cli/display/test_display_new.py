@@ -30,7 +30,7 @@ def test_it_writes_a_display_that_stays_known_as_nominal(kind: str, tmp_path: Pa
     assert display.nominal.black_assumed
     assert "# black_cd_m2: 0.25" in file.read_text()
     checked = cyclopean("check", file)
-    assert "right, 1 warning" in checked.stdout
+    assert "valid, 1 warning" in checked.stdout
     assert checked.stdout.count("nominal, not measured") == 2
     told = cyclopean("display", "convert", "-", "--display", file, "--to", "xyz", text="red,green,blue\n255,255,255\n")
     assert float(told.stdout.splitlines()[1].split(",")[-2]) == pytest.approx(250.0, abs=0.01)
