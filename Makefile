@@ -13,7 +13,7 @@ LOCKED = $(PIP) --require-hashes --no-deps
 CHECKOUT = $(PIP) --no-deps --no-build-isolation --no-index -e .
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test test-fast nightly core golden check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences clean
+.PHONY: help env gl test-tools demo test test-fast nightly core golden check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences release clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
@@ -29,6 +29,7 @@ help:
 	@echo "make bench-release    the same, and this version's figures into benchmarks/history.jsonl"
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
 	@echo "make stress     slow sweeps to the edges, over all cores (STRESS=\"-k cable\": some; WHOLE=1: more of each)"
+	@echo "make release    check, test, and make wheel, source archive, list of packages (dist/) and tag of this version"
 	@echo "make sbom       which packages are installed, as CycloneDX, into sbom.json"
 	@echo "make audit      known vulnerabilities of these packages, where an index can be reached"
 	@echo "make lock       resolve the packages again, into requirements/ (UPGRADE=--upgrade: newest versions)"
@@ -138,6 +139,9 @@ sbom: env .venv-audit/.installed
 	@.venv-audit/bin/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible \
 		--output-format JSON --output-file sbom.json $(BIN)/python
 	@echo "sbom.json: CycloneDX, every package in $(VENV)"
+
+release: check test sbom
+	@$(BIN)/python tools/release.py
 
 audit: .venv-audit/.installed
 	@.venv-audit/bin/python tools/audit.py .venv-audit/bin/pip-audit requirements/*.txt
