@@ -412,7 +412,7 @@ PAGES: Mapping[str, Prepare] = {
     "align": _align,
     "best_of_series": _series,
     "bids": _bids,
-    "colour_difference": _colours,
+    "colour": _colours,
     "crosstalk": _plate,
     "diagnose": _panel,
     "factors": _table,

@@ -10,7 +10,7 @@
 | ``sandwich`` | the t distribution with S − 1 degrees of freedom, times the sandwich standard error |
 | ``model`` | normal quantile times the model's standard error, which takes all answers for independent |
 
-``benchmarks/interval_coverage.py`` measures how often each contains the truth; docs/uncertainty.md has the figures.
+``benchmarks/interval_coverage.py`` measures how often each contains the truth; decision 0078 has the figures.
 
 Where all answers together are separated, observers agree without exception about some item, in every draw. Each
 interval then reaches at least as far as the ``model``'s.

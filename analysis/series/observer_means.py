@@ -121,8 +121,8 @@ def bounded_means(
     quantile is used, unless observers answered several times and their answers scatter no more than independent ones.
 
     Few answers on a scale are often equal, and then say nothing of how far others are from them. With ``step`` the
-    variance is that of the answers and of one more, which differs from their mean by a step; `docs/uncertainty.md` has
-    the coverage.
+    variance is that of the answers and of one more, which differs from their mean by a step; decision 0078 has the
+    coverage.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ class SmallestDifference(JsonResult):
 
     The two items differ so; all others lie midway between them. Of the places tried it is the one where power grows
     with the difference to its end. Elsewhere a difference within a tenth of it is found, or a larger one, or none where
-    observers are few (docs/power.md).
+    observers are few (decision 0083).
 
     Attributes
     ----------

@@ -220,7 +220,7 @@ def test_damaged_ratings_of_pairs_are_refused(make_pairs: Maker, tmp_path: Path,
 # Intervals of mean ratings: on the scale, never of no width, and 95 % of them contain what endless observers give.
 #
 # `pytest -s -m stress tests/analysis/test_ratings.py` prints lines of the table of
-# docs/uncertainty.md; with STRESS_WHOLE=1 in the environment all of them.
+# decision 0078; with STRESS_WHOLE=1 in the environment all of them.
 
 # In points: the middle of what an observer answers, that of answers about it and of observers about it; how many each.
 MIDDLES = (0.6, 1.0, 1.5, 2.0, 3.0, 4.5, 5.4)

@@ -237,7 +237,7 @@ def test_rolls_of_any_size_come_back(roll_deg: float) -> None:
 
 # How small a fault two eyes still find and name.
 #
-# The table of `docs/compare.md` is what `test_detection_limits` prints with ``-s``.
+# The table of decision 0082 is what `test_detection_limits` prints with ``-s``.
 
 REPEATS = how_many(2, 3)
 

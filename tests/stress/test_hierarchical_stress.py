@@ -232,7 +232,7 @@ def test_three_hundred_items_take_seconds() -> None:
 
 @pytest.mark.parametrize(("observers", "between"), [(10, 0.0), (5, 0.7), (10, 0.7), (5, 0.0)][: how_many(3, 4)])
 def test_observers_who_differ_are_in_the_report_and_not_in_the_posterior(observers: int, between: float) -> None:
-    """As docs/blocks.md states: 20 items, ten answers an item and observer, pairs chosen for each alone."""
+    """As decision 0048 states: 20 items, ten answers an item and observer, pairs chosen for each alone."""
     first, second = np.triu_indices(20, 1)
     of_model, of_report = [], []
     for study in range(25):

@@ -182,7 +182,7 @@ def test_it_never_falls_and_is_finite(curve: TableCurve, values: list[float]) ->
 
 
 def _as_the_page_says(codes: tuple[float, ...], light: tuple[float, ...], at: Floats) -> Floats:
-    """The formulae of docs/display.md, "What exactly is a table between its entries?", one code at a time."""
+    """The formulae of decision 0010, "What exactly is a table between its entries?", one code at a time."""
     x, r = np.array(codes), np.sqrt(light)
     h = np.diff(x)
     rise = np.diff(r) / h
