@@ -6,7 +6,7 @@ were compared within groups, such as the scenes of an image-quality study, each 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,9 @@ from documents import Finding
 MOST_NUMBERS = 250_000_000  # of 8 bytes
 MOST_ITEMS = 5000
 NO_GROUP = -1
+MOST_REFITS = 30
+PARTS = 20  # of the observers, where they are more than are left out one by one
+NOBODY = "nobody"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -329,6 +332,27 @@ def without_observers(whole: Comparisons, left_out: NDArray[np.bool_]) -> Compar
     part = select_answers(whole, rows, tied_rows)
     tied = replace(part.tied, group=whole.tied.group[tied_rows])
     return replace(part, group=whole.group[rows], tied=tied, groups=whole.groups)
+
+
+def observer_parts(observers: tuple[str, ...], most: int = MOST_REFITS) -> tuple[NDArray[np.intp], tuple[str, ...]]:
+    """Return each observer's part, and what each row of the batch leaves out; row 0 leaves out nobody.
+
+    Each observer is a part, or above ``most`` observers each of 20 parts has some.
+    """
+    people = len(observers)
+    if people <= most:
+        return np.arange(people), (NOBODY, *(f"observer {name}" if name else "observer" for name in observers))
+    order = sorted(range(people), key=lambda index: observers[index])
+    part = np.empty(people, dtype=np.intp)
+    part[order] = np.arange(people) % PARTS
+    return part, (NOBODY, *(f"part {number + 1} of {PARTS} of the observers" for number in range(PARTS)))
+
+
+def without_each(comparisons: Comparisons) -> Iterator[Comparisons]:
+    """Yield the answers without each observer; above 30 observers, without each of 20 parts of them."""
+    part, names = observer_parts(comparisons.observers)
+    for number in range(len(names) - 1):
+        yield without_observers(comparisons, part == number)
 
 
 def split_scales(comparisons: Comparisons) -> tuple[tuple[str, Comparisons], ...]:

@@ -13,6 +13,5 @@ from .multiverse_analysis import Multiverse as Multiverse
 from .multiverse_analysis import multiverse as multiverse
 from .tost import Equivalence as Equivalence
 from .tost import equivalence as equivalence
-from .tost import parse_margin as parse_margin
 from .transitivity_tests import Transitivity as Transitivity
 from .transitivity_tests import transitivity as transitivity

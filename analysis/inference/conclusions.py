@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,15 +11,13 @@ import numpy as np
 
 from analysis.bootstrap.stability import Stability
 from analysis.classes.conclusions import Conclusion, verdict_of
-from analysis.comparisons.comparisons import Comparisons, without_observers
 from analysis.inference.answers import ReviewAnswer
 from analysis.inference.chances import PairProbabilities
 from analysis.inference.differences import differences
-from analysis.inference.multiverse_analysis import Multiverse, observer_parts
+from analysis.inference.multiverse_analysis import Multiverse
 from analysis.inference.tost import Equivalence
 from analysis.scaling.scores import Scores
 
-MOST_REFITS = 30
 MOST_NEIGHBOURS = 199
 LEVEL = 0.95
 _Pair = tuple[str, str, float | None, float, float, float]  # two names, p, difference and the ends of its interval
@@ -138,10 +136,3 @@ def _in_samples(one: Conclusion, pair: _Pair, stability: Stability) -> Conclusio
     shared = float(stability.shared[place[pair[0]], place[pair[1]]])
     samples = f"{stability.replicates - stability.without_fit:,} bootstrap samples"
     return replace(one, stands=1 - shared if one.verdict == "distinguished" else shared, others=samples)
-
-
-def without_each(comparisons: Comparisons) -> Iterator[Comparisons]:
-    """Yield the answers without each observer; above 30 observers, without each of 20 parts of them."""
-    part, names = observer_parts(comparisons.observers, MOST_REFITS)
-    for number in range(len(names) - 1):
-        yield without_observers(comparisons, part == number)

@@ -28,6 +28,7 @@ from analysis.classes.classes import (
 )
 from analysis.classes.conclusions import MAJORITY, verdict_of
 from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, corrected, single_step, two_sided_p
+from analysis.comparisons.comparisons import observer_parts
 from analysis.covariance.laplacian import pair_variances
 from analysis.covariance.shrinkage import Spread
 from analysis.errors import ResultsError
@@ -48,9 +49,7 @@ from documents.text import JsonResult, counted
 
 MOST_ITEMS = 60
 MOST_LEFT_OUT = 100
-PARTS = 20
 MAXZ_SAMPLES = 10_000
-NOBODY = "nobody"
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,7 +237,7 @@ def multiverse(
     if unknown := [name for name in adjustments if name not in ADJUSTMENTS]:
         raise ResultsError(Finding(f"there is no '{unknown[0]}'", remedy="expected one of: " + ", ".join(ADJUSTMENTS)))
     people = len(comparisons.observers)
-    part, names = observer_parts(comparisons.observers)
+    part, names = observer_parts(comparisons.observers, MOST_LEFT_OUT)
     kinds: list[CovarianceKind] = list(get_args(CovarianceKind)) if people > 1 else ["model"]
     critical: dict[tuple[Model, CovarianceKind], float] = {}
     analyses: list[AnalysisVariant] = []
@@ -303,20 +302,6 @@ def multiverse(
         raise ResultsError(Finding(f"no analysis can be made: {skipped[0][1]}", remedy="collect more answers"))
     chosen = np.sign(scores.fit.theta[first] - scores.fit.theta[second]) * (classes.pair_p <= classes.alpha)
     return _concluded(scores, analyses, np.array(verdicts), chosen, tuple(skipped), fits, spared - fits)
-
-
-def observer_parts(observers: tuple[str, ...], most: int = MOST_LEFT_OUT) -> tuple[Indices, tuple[str, ...]]:
-    """Return each observer's part, and what each row of the batch leaves out; row 0 leaves out nobody.
-
-    Each observer is a part, or above ``most`` observers each of 20 parts has some.
-    """
-    people = len(observers)
-    if people <= most:
-        return np.arange(people), (NOBODY, *(f"observer {name}" if name else "observer" for name in observers))
-    order = sorted(range(people), key=lambda index: observers[index])
-    part = np.empty(people, dtype=np.intp)
-    part[order] = np.arange(people) % PARTS
-    return part, (NOBODY, *(f"part {number + 1} of {PARTS} of the observers" for number in range(PARTS)))
 
 
 def _inverses(case: LeftOut, point: Point, done: NDArray[np.bool_]) -> dict[int, Floats]:

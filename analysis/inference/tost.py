@@ -10,7 +10,6 @@ pairs.
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from typing import ClassVar, get_args
 
@@ -22,13 +21,10 @@ from analysis.classes.conclusions import Verdict, verdict_of
 from analysis.classes.multiplicity import corrected
 from analysis.errors import ResultsError
 from analysis.inference.differences import differences
-from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.laws import LAWS, MARGINS, parse_margin
 from analysis.scaling.scores import Scores
 from documents import Finding
 from documents.text import JsonResult
-
-EXPECTED = "give a number of JND such as 0.5jnd, a chance such as 55:45 or 0.55, or nats such as 0.2nats"
-_PATTERN = re.compile(r"\s*([0-9.eE+-]+)\s*(?:(jnd|jod|nats?|sd|%)|:\s*([0-9.eE+-]+))?\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,52 +90,6 @@ class Equivalence(JsonResult):
         return {verdict.replace(" ", "_"): self.count(verdict) for verdict in get_args(Verdict)}
 
 
-def parse_margin(text: str, model: Model = "bradley-terry") -> float:
-    """Return a margin in the units of the strengths of ``model``.
-
-    Parameters
-    ----------
-    text
-        A number of just noticeable differences (``0.5jnd``, ``0.5jod``), a chance above one half (``55:45``, ``55%``,
-        ``0.55``), or a difference of strengths (``0.2nats``; ``0.2sd`` for ``thurstone``).
-
-    Raises
-    ------
-    ResultsError
-        If it is none of these, or not above zero.
-
-    Examples
-    --------
-    >>> round(parse_margin("0.5jnd"), 3), round(parse_margin("55:45"), 3), parse_margin("0.2nats")
-    (0.549, 0.201, 0.2)
-    """
-    law, result = LAWS[model], _PATTERN.fullmatch(text)
-    own = law.unit
-    try:
-        numbers = [float(part) for part in (result[1], result[3] or "0")] if result else []
-    except ValueError:
-        numbers = []
-    if not (result and numbers and all(map(math.isfinite, numbers))):
-        raise ResultsError(Finding(f"the margin is '{text}'", remedy=EXPECTED))
-    value, other = numbers
-    unit = (result[2] or "").lower().removesuffix("s")
-    if unit in ("jnd", "jod"):
-        margin = value * law.jnd
-    elif unit in ("nat", "sd"):
-        if unit != own.removesuffix("s"):
-            what = f"the margin is '{text}', and the strengths of the model '{model}' are in {own}"
-            raise ResultsError(Finding(what, remedy=f"give it in {own}, in jnd, or as a chance such as 55:45"))
-        margin = value
-    else:
-        chance = value / (value + other) if result[3] else value / 100 if unit == "%" else value
-        if not 0.5 < chance < 1:
-            raise ResultsError(Finding(f"the margin is '{text}'", remedy=EXPECTED))
-        margin = law.difference(chance)
-    if not margin > 0:
-        raise ResultsError(Finding(f"the margin is '{text}', not above zero", remedy=EXPECTED))
-    return float(margin)
-
-
 def equivalence(
     scores: Scores, margin: float | str, *, alpha: float | None = None, adjust: Adjust | None = None
 ) -> Equivalence:
@@ -178,7 +128,7 @@ def equivalence(
     text = margin if isinstance(margin, str) else f"{margin:g} {'sd' if model == 'thurstone' else 'nats'}"
     limit = parse_margin(margin, model) if isinstance(margin, str) else float(margin)
     if not (math.isfinite(limit) and limit > 0):
-        raise ResultsError(Finding(f"the margin is {limit:g}", remedy=EXPECTED))
+        raise ResultsError(Finding(f"the margin is {limit:g}", remedy=MARGINS))
     classes = scores.classes
     level = alpha if alpha is not None else classes.alpha if classes else 0.05
     own: Adjust = "holm" if classes is None or classes.adjust == "maxz" else classes.adjust

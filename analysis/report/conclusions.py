@@ -12,9 +12,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from analysis.classes.conclusions import Conclusion, with_shares
-from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons, without_each
 from analysis.errors import ResultsError
-from analysis.inference.conclusions import neighbour_conclusions, without_each
+from analysis.inference.conclusions import neighbour_conclusions
 from analysis.report.reviewers import Review, stands_cell
 from analysis.report.summary import Summary
 from analysis.scaling.grouped import score_groups

@@ -7,9 +7,8 @@ from dataclasses import replace
 
 from analysis.classes.conclusions import Conclusion, with_shares
 from analysis.classes.multiplicity import ADJUSTMENT_NAMES
+from analysis.comparisons.comparisons import observer_parts
 from analysis.errors import ResultsError
-from analysis.inference.conclusions import MOST_REFITS
-from analysis.inference.multiverse_analysis import observer_parts
 from analysis.kinds.best_of_series import BestOfSeriesRecord
 from analysis.records.session_record import SessionLog
 from analysis.report.agreement import series_agreement
@@ -54,7 +53,7 @@ def _conclusions(summary: SeriesSummary) -> tuple[Conclusion, ...]:
     """Return what is concluded of ratings and choices of every two kinds of series, and of ratings of two paints."""
     others: list[Conclusion] = []
     choices = summary.choices
-    part, names = observer_parts(choices.observers, MOST_REFITS)
+    part, names = observer_parts(choices.observers)
     for number in range(len(names) - 1):
         kept = tuple(choice for choice in choices.choices if part[choice.observer] != number)
         others += conclusions_of_tests(*all_tests(replace(choices, choices=kept), FEW_DRAWS))

@@ -20,6 +20,7 @@ from .laws import Law as Law
 from .laws import Model as Model
 from .laws import Probit as Probit
 from .laws import Slopes as Slopes
+from .laws import parse_margin as parse_margin
 from .laws import probabilities as probabilities
 from .learnt_prior import Posterior as Posterior
 from .learnt_prior import learnt_posterior as learnt_posterior

@@ -18,6 +18,8 @@ log 3 = 1.0986 nats by Bradley and Terry's.
 
 from __future__ import annotations
 
+import math
+import re
 from abc import ABC, abstractmethod
 from functools import cache
 from typing import NamedTuple, get_args
@@ -26,7 +28,9 @@ import numpy as np
 
 from analysis.choices import Model as Model
 from analysis.choices import OwnModel
+from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
+from documents import Finding
 from documents.arrays import Floats
 from documents.extensions import Registry
 
@@ -327,3 +331,53 @@ def iso_20462_jnd(share: Floats) -> Floats:
     ISO 20462's angular law, (12/π) arcsin √p − 3, is for the share of a single pair; no scale here is fitted by it.
     """
     return 12 / np.pi * np.arcsin(np.sqrt(share)) - 3
+
+
+MARGINS = "give a number of JND such as 0.5jnd, a chance such as 55:45 or 0.55, or nats such as 0.2nats"
+_MARGIN = re.compile(r"\s*([0-9.eE+-]+)\s*(?:(jnd|jod|nats?|sd|%)|:\s*([0-9.eE+-]+))?\s*", re.IGNORECASE)
+
+
+def parse_margin(text: str, model: Model = "bradley-terry") -> float:
+    """Return a margin in the units of the strengths of ``model``.
+
+    Parameters
+    ----------
+    text
+        A number of just noticeable differences (``0.5jnd``, ``0.5jod``), a chance above one half (``55:45``, ``55%``,
+        ``0.55``), or a difference of strengths (``0.2nats``; ``0.2sd`` for ``thurstone``).
+
+    Raises
+    ------
+    ResultsError
+        If it is none of these, or not above zero.
+
+    Examples
+    --------
+    >>> round(parse_margin("0.5jnd"), 3), round(parse_margin("55:45"), 3), parse_margin("0.2nats")
+    (0.549, 0.201, 0.2)
+    """
+    law, result = LAWS[model], _MARGIN.fullmatch(text)
+    own = law.unit
+    try:
+        numbers = [float(part) for part in (result[1], result[3] or "0")] if result else []
+    except ValueError:
+        numbers = []
+    if not (result and numbers and all(map(math.isfinite, numbers))):
+        raise ResultsError(Finding(f"the margin is '{text}'", remedy=MARGINS))
+    value, other = numbers
+    unit = (result[2] or "").lower().removesuffix("s")
+    if unit in ("jnd", "jod"):
+        margin = value * law.jnd
+    elif unit in ("nat", "sd"):
+        if unit != own.removesuffix("s"):
+            what = f"the margin is '{text}', and the strengths of the model '{model}' are in {own}"
+            raise ResultsError(Finding(what, remedy=f"give it in {own}, in jnd, or as a chance such as 55:45"))
+        margin = value
+    else:
+        chance = value / (value + other) if result[3] else value / 100 if unit == "%" else value
+        if not 0.5 < chance < 1:
+            raise ResultsError(Finding(f"the margin is '{text}'", remedy=MARGINS))
+        margin = law.difference(chance)
+    if not margin > 0:
+        raise ResultsError(Finding(f"the margin is '{text}', not above zero", remedy=MARGINS))
+    return float(margin)

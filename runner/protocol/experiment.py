@@ -55,7 +55,7 @@ _BIDS_LABEL = re.compile(r"[A-Za-z0-9]+")
 
 
 def _margin(text: str) -> str:
-    from analysis.inference import parse_margin
+    from analysis.scaling import parse_margin
 
     try:
         parse_margin(text)

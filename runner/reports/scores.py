@@ -8,7 +8,7 @@ from typing import Any, Literal, cast
 
 from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.inference import ReviewAnswer, answer_blocks, neighbour_conclusions, parse_margin, review
+from analysis.inference import ReviewAnswer, answer_blocks, neighbour_conclusions, review
 from analysis.scaling import (
     LAWS,
     GroupedScores,
@@ -17,6 +17,7 @@ from analysis.scaling import (
     Scores,
     group_blocks,
     group_problem_lines,
+    parse_margin,
     problem_lines,
     score,
     score_blocks,

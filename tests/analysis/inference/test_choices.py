@@ -23,13 +23,11 @@ from analysis.inference import (
     multiverse,
     pair_probabilities,
     pair_residuals,
-    parse_margin,
     transitivity,
 )
 from analysis.inference.answer_residuals import answer_residuals
 from analysis.inference.chances import Chance
-from analysis.inference.multiverse_analysis import NOBODY
-from analysis.scaling import LAWS, Model, fit_model, score
+from analysis.scaling import LAWS, Model, fit_model, parse_margin, score
 from analysis.scaling.laws import NATS_PER_JND, STANDARD_DEVIATIONS_PER_JOD
 from analysis.scaling.scores import classes_of
 from tests.analysis.conftest import answers_of
@@ -102,7 +100,7 @@ def test_beside_one_by_one(make: Maker, ties: bool) -> None:
     agree: Counter[tuple[str, str]] = Counter()
     for analysis in result.analyses:
         rest = comparisons
-        if analysis.left_out != NOBODY:
+        if analysis.left_out != "nobody":
             rest = without(comparisons, analysis.left_out.removeprefix("observer "))
         fit = fit_model(rest, analysis.model, covariance=analysis.covariance)
         slow = known(classes_of(fit, adjust=analysis.adjust))
@@ -133,7 +131,7 @@ def test_the_chosen_analysis_is_one_of_them(make: Maker) -> None:
     for covariance in ("model", "sandwich"):
         scores = score(comparisons, "thurstone", covariance=covariance, adjust="bh")
         result = multiverse(scores, models=["thurstone"], adjustments=["bh"])
-        own = next(a for a in result.analyses if a.left_out == NOBODY and a.covariance == covariance)
+        own = next(a for a in result.analyses if a.left_out == "nobody" and a.covariance == covariance)
         assert own.adjust == "bh"
         assert len(own.labels) == 4
         assert result.to_json()["number_of_classes"]["chosen"] == result.number
@@ -162,7 +160,7 @@ def test_without_observers_there_is_one_fit_for_each_law() -> None:
 def test_many_observers_are_left_out_in_parts(make: Maker) -> None:
     result = multiverse(score(make(np.array([0.5, 0.0, -0.5]), 101)), models=["bradley-terry"], adjustments=["none"])
     assert result.fits == 21
-    assert {a.left_out for a in result.analyses} >= {NOBODY, "part 20 of 20 of the observers"}
+    assert {a.left_out for a in result.analyses} >= {"nobody", "part 20 of 20 of the observers"}
 
 
 def test_refusals(make: Maker) -> None:

@@ -353,6 +353,7 @@ def test_every_question_has_a_verdict_by_one_p_and_how_robust_it_is(report: Repo
     assert view.by_observers
 
 
+@pytest.mark.extensions
 def test_analyses_without_an_observer_compute_no_intervals(described: tuple[Report, Mapping[str, int]]) -> None:
     # Of six pairs, of three neighbours, and of two effects in two ways; nine analyses without an observer had 36 more.
     assert described[1]["profile_intervals"] == 6 + 3 + 4
@@ -387,6 +388,7 @@ def test_kinds_of_series_and_views_have_lines_too(choosing: Sessions, preferring
     assert open_.verdict == "not distinguished"
 
 
+@pytest.mark.extensions
 @pytest.mark.usefixtures("undrawn")
 def test_main_effects_in_an_interaction_are_averages_and_it_stands_with_their_lines(report: Report) -> None:
     (part,) = report.scale_parts
