@@ -205,10 +205,15 @@ class Registry(Mapping[str, Kind]):
     def names(self) -> tuple[str, ...]:
         """Return all names, our own first; looks through the environment. What cannot be used is left out."""
         usable = []
-        for name in sorted({offer.name for offer in self._environment.all(self.group)} - set(self._own)):
+        for name in self.every()[len(self._own) :]:
             with suppress(ExtensionError):
                 usable += [name] if self[name] is not None else []
         return (*self._own, *usable)
+
+    def every(self) -> tuple[str, ...]:
+        """Return all names as `names` does, with those that cannot be used: what asks each says so of them."""
+        offered = {offer.name for offer in self._environment.all(self.group)}
+        return (*self._own, *sorted(offered - set(self._own)))
 
     def __getitem__(self, name: str) -> Kind:
         """Return the kind of that name, loaded.

@@ -126,7 +126,7 @@ def scale_parts_of(
     comparisons: Comparisons, header: Header, taken: Callable[[], Collection[str]]
 ) -> tuple[tuple[Part, ...], tuple[FailedCheck, ...]]:
     """Return the parts that are asked of pairs that were compared, and what failed as `parts_of` does."""
-    return _made(SCALE_PARTS, SCALE_PARTS.names(), taken, comparisons, header)
+    return _made(SCALE_PARTS, SCALE_PARTS.every(), taken, comparisons, header)
 
 
 def _made(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -221,13 +222,13 @@ def examine(
         tables = [_with_primaries(own.measurements) if of_primaries else own.measurements for own, _ in subjects]
         add([(own.label, check(table)) for (own, _), table in zip(subjects, tables, strict=True)])
 
-    added = {name: DIAGNOSTICS[name] for name in (*DIAGNOSTICS.names(), *DIAGNOSTICS)}
+    added = {name: _place(name) for name in (*DIAGNOSTICS.every(), *DIAGNOSTICS)}
     for check in CHECKS:
         of_tables(check, check in OF_PRIMARIES)
-        for name in [name for name, each in added.items() if each.after == diagnoses[-1].name]:
-            of_tables(partial(_of_package, name), added.pop(name).of_primaries)
-    for name, each in added.items():
-        of_tables(partial(_of_package, name), each.of_primaries)
+        for name in [name for name, (after, _) in added.items() if after == diagnoses[-1].name]:
+            of_tables(partial(_of_package, name), added.pop(name)[1])
+    for name, (_, of_primaries) in added.items():
+        of_tables(partial(_of_package, name), of_primaries)
     add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
     add([(measured.label, room_light(measured.measurements)) for measured in sets])
     if models is not None:
@@ -253,10 +254,18 @@ def examine(
     return tuple(diagnoses)
 
 
+def _place(name: str) -> tuple[str, bool]:
+    """Return after which check a package's stands, if it can be used, and whether it is of primaries."""
+    with suppress(ExtensionError):
+        return DIAGNOSTICS[name].after, DIAGNOSTICS[name].of_primaries
+    return "", False
+
+
 def _of_package(name: str, measurements: Measurements) -> Diagnosis:
-    """Return what a package's check says; where it raises, that it could not be made, and why."""
-    whose = DIAGNOSTICS.whose(name)
+    """Return what a package's check says; where it raises or cannot be used, that it could not be made, and why."""
+    whose = ""
     try:
+        whose = DIAGNOSTICS.whose(name)
         with DIAGNOSTICS.blamed(name):
             found = DIAGNOSTICS[name].judge(measurements)
             if not isinstance(found, Diagnosis) or found.name != name:

@@ -67,7 +67,7 @@ def test_another_package_s_stands_where_it_says_and_one_that_raises_leaves_the_r
     monkeypatch.setattr(DIAGNOSTICS, "_loaded", {})
     install("bright", CHECK, "1.2", group=DIAGNOSTICS.group, bright="BRIGHT")
     torn = CHECK.replace("    white =", "    1 / 0\n    white =").replace('"bright"', '"torn"')
-    install("torn", torn, "2.1", group=DIAGNOSTICS.group, torn="BRIGHT")
+    install("torn", torn, "2.1", group=DIAGNOSTICS.group, torn="BRIGHT", gone="NO_SUCH")
     found = _judged(file)
     names = list(found)
     assert names[names.index("primaries") + 1 :][:2] == ["bright", "torn"]
@@ -75,4 +75,6 @@ def test_another_package_s_stands_where_it_says_and_one_that_raises_leaves_the_r
     assert found["torn"].verdict == "open"
     assert "torn 2.1" in found["torn"].words
     assert "ZeroDivisionError" in found["torn"].words
-    assert {name: one for name, one in found.items() if name not in ("bright", "torn")} == before
+    assert found["gone"].verdict == "open"
+    assert "torn 2.1" in found["gone"].words
+    assert {name: one for name, one in found.items() if name not in ("bright", "torn", "gone")} == before

@@ -10,6 +10,7 @@ GROUPS = {
     **{"blocks": "all_pairs", "records": "all_pairs", "report_parts": "series", "recipes": "pictures"},
     **{"measures": "flip", "scalings": "davidson", "models": "srgb", "readers": "csv", "instruments": "pr655"},
     **{"marks": "serial", "listeners": "", "exporters": "bids", "methods": "pwcmp", "scale_parts": "factors"},
+    "diagnostics": "observer_metamerism",
     "commands": "scores",
 }
 SOUND = "CYCLOPEAN_INTERFACE = 1\nThing = 1"

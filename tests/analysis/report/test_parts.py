@@ -311,7 +311,7 @@ def test_another_packages_part_is_asked_of_pairs_that_were_compared(
     install: Callable[..., None], sessions: list[SessionLog], preferring: Sessions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(SCALE_PARTS, "_loaded", {})
-    install("counting", COUNTING, group=SCALE_PARTS.group, counted="part", torn="torn", effects="factors")
+    install("counting", COUNTING, group=SCALE_PARTS.group, counted="part", torn="torn", effects="factors", gone="no")
     report = describe(sessions)
     told = report.to_json()
     assert told["counted"] == len(known(report.pairs).scores.items)
@@ -319,6 +319,6 @@ def test_another_packages_part_is_asked_of_pairs_that_were_compared(
     assert "counted" in keys(report)
     assert "stimuli were counted." in json.dumps(told["methods"])
     reasons = [check.reason for check in report.failed]
-    for said in ("it raised ValueError: no table", "its key 'factors' is taken"):
+    for said in ("it raised ValueError: no table", "its key 'factors' is taken", "'gone'"):
         assert sum(said in reason and "counting 1.0" in reason for reason in reasons) == 1
     assert not describe(preferring()).scale_parts
