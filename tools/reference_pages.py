@@ -19,7 +19,7 @@ from analysis.kinds.trial import NAMED, Trial
 from documents.options import described
 from documents.yaml import described_schema
 
-LONG = 40  # characters: a longer default is that of the keys within, which have a table of their own
+LONG = 80  # characters
 NEAR, FAR = 1e-9, 1e9  # a limit nearer to 0 is 0, and one beyond is none
 _KEYS = """# What keys has each file?
 
@@ -109,7 +109,8 @@ class Section:
             needed = key in schema.get("required", ())
             default = value.get("default")
             usual = json.dumps(default, ensure_ascii=False)
-            usual = "" if default in (None, [], {}, "") or len(usual) > LONG else f"`{usual}`"
+            within = "{" in usual  # the defaults of the keys within, which have a table of their own
+            usual = "" if default in (None, [], {}, "") or within or len(usual) > LONG else f"`{usual}`"
             meaning = plain(value.get("description") or told.get(key, ""))
             path = f"{title}, {key}" if ":" in title else f"{title}: {key}"
             rows.append([f"**`{key}`**" if needed else f"`{key}`", self.value(value, path), usual, meaning])

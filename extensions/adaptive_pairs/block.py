@@ -63,7 +63,7 @@ class ActivePairs(TimedKind):
     trials_per_stimulus: Annotated[int, Field(ge=2, le=10_000)] | None = None
     """How many trials each stimulus takes part in."""
     batch: Natural | None = None
-    """How many trials are chosen at a time from the answers so far."""
+    """How many trials are chosen at a time; left out, half the stimuli, with pool: results a sixth, 5 at least."""
     gain: Gain = "variance"
     """What the next pairs are chosen for: least variance, or most information by entropy."""
     # Left out of what a digest is made of where it is not used: experiments from before the key keep theirs.

@@ -135,7 +135,7 @@ class Threshold(TimedKind):
     catch_share: Annotated[float, Field(ge=0, le=0.5)] = 0.0
     """The share of trials without a signal, for yes or no."""
     blank_between_s: ShortSeconds | None = None
-    """Seconds of an empty screen between the two intervals."""
+    """Seconds of an empty screen between the two intervals; 0.5 if left out."""
 
     @model_validator(mode="after")
     def _of_the_task(self) -> Threshold:

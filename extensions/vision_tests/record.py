@@ -93,7 +93,7 @@ class SeriesOutcome(Fields):
 class Outcome(Fields):
     """What came of a test; ``threshold`` is the finest level passed, in ``unit``; None if no level was passed.
 
-    ``controls_seen`` is whether control plates, which everyone sees, were seen.
+    ``estimate`` is by maximum likelihood, None where answers leave it open. Control plates are those everyone sees.
     """
 
     passed: bool

@@ -71,7 +71,7 @@ class AllPairs(TimedKind):
     repeats: Annotated[Natural, Field(le=100_000)] = 1
     """How many times each one is asked."""
     blank_between_s: ShortSeconds | None = None
-    """Seconds of an empty screen between the two intervals of a sequence."""
+    """Seconds of an empty screen between the two intervals of a sequence; 0.5 if left out."""
     ties: Ties = "none"
     """Which answers other than one of the two pictures are allowed."""
     catch: CatchTrials | None = None

@@ -61,7 +61,7 @@ class Preference(PausedKind):
     exposure_s: Seconds | None = None
     """Seconds that the pictures are shown; left out, until the answer."""
     blank_between_s: ShortSeconds | None = None
-    """Seconds of an empty screen between the two intervals of a sequence."""
+    """Seconds of an empty screen between the two intervals of a sequence; 0.5 if left out."""
     blank_s: ShortSeconds = 0.0
     """Seconds of an empty screen between trials."""
 

@@ -33,7 +33,7 @@ class LightSpec(FileModel):
     colour_space: ColourSpace = "declared"
     """The colour space of the pictures: srgb, display-p3, adobe-rgb, rec2020, icc, declared and so on."""
     white_luminance_cd_m2: Positive | None = None
-    """The luminance of the value 1, or of the highest code, in cd/m²."""
+    """The luminance of 1, or of the highest code, in cd/m²; left out, what an OpenEXR file states, or 1."""
     alpha_background_cd_m2: NotNegative | None = None
     """The luminance of the grey that partly transparent pictures lie on, in cd/m²."""
 
