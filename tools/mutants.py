@@ -81,7 +81,12 @@ ROOMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     ),
     "display": (
         ("devices/display/*.py", "extensions/profiles/converted_table.py"),
-        ("tests/devices/display", "tests/devices/test_display_file.py", "tests/devices/readings"),
+        (
+            "tests/devices/display",
+            "tests/devices/test_display_file.py",
+            "tests/devices/readings",
+            "tests/extensions/profiles",
+        ),
     ),
     "compensation": (("devices/compensation/*.py",), ("tests/devices/compensation",)),
     "presenter": (

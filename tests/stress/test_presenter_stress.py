@@ -175,13 +175,11 @@ def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
 
     with Presenter(surface, find_mode("flat"), BOTH, load, picture_budget_bytes=256 << 20) as presenter:
         presenter.show(Scene())
-        full_bytes = 0
+        held_bytes = []
         for number in range(200):
             presenter.prefetch(Scene((Picture(str(number)),)))
             presenter.show(Scene((Picture(str(number)),)))
-            if number == 100:  # the budget has been full for long
-                full_bytes = _resident_bytes()
-        grown_bytes = _resident_bytes() - full_bytes
+            held_bytes.append(_resident_bytes())
         work = presenter.counters
         held = (256 << 20) // (4 * 2000 * 1333)
         assert (work.frames_drawn, work.decodes, work.uploads, work.evictions) == (201, 200, 200, 200 - held)
@@ -189,8 +187,9 @@ def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
         expected = MODEL.code(picture.left[top : top + 1080, left : left + 1920]) * 255.0
         assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
     assert "decode_0" in threads
-    # 99 pictures more would be 1.1 GB of codes if any were kept; the driver frees what it held when it pleases.
-    assert grown_bytes < 100e6
+    # A hundred pictures more would be 1.1 GB of codes if any were kept. The driver frees what it held when it pleases,
+    # so that what is held goes up and down by 100 MB: the least of fifty pictures is compared with the least before.
+    assert min(held_bytes[150:]) - min(held_bytes[50:100]) < 100e6
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,20 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
-from devices.compensation import code_lights, dither_codes, dither_thresholds, load_mask, mask_shifts_px
+from devices.compensation import (
+    Compensation,
+    Correction,
+    EyeView,
+    Rectangle,
+    code_lights,
+    dither_codes,
+    dither_thresholds,
+    load_mask,
+    mask_shifts_px,
+)
 from devices.compensation.dither import adjacent_codes, dither_tables, tabled_dither_codes
 from devices.compensation.dither_mask import main, make_mask
-from devices.display import DisplayModel, GainMap, ToneCurve, read_display
+from devices.display import DisplayModel, EyeModels, GainMap, ToneCurve, read_display
 from devices.display.gain_map import Normalise, Positions
 from devices.errors import DeviceError
 
@@ -292,6 +303,24 @@ def test_an_even_picture_comes_out_of_the_uneven_panel(normalise: Normalise) -> 
     assert np.abs(sent - gain_map.delivered_share * asked).max() < 1e-9
     uncorrected = gains[..., None] * model.xyz(model.code(asked))
     assert uncorrected[..., 1].min() < 0.45 * asked[0, 0, 1]
+
+
+def test_a_flat_picture_that_both_eyes_get_alike_is_one_array() -> None:
+    """Both views at one place of the panel, as in a mixture: what is sent to one eye is kept once, if models agree."""
+    model = read_display(ASUS).models("side-by-side").left
+    picture = np.full((4, 6, 3), 0.3 * model.white_XYZ_cd_m2, np.float32)
+    view = EyeView(Rectangle(0, 0, 1920, 1080))
+    for other, alike in ((model, True), (replace(model), False)):
+        both = Compensation(EyeModels(model, other), {"left": view, "right": view}, None, Correction(None, _thesis()))
+        left, right = both.evened((picture, picture), (40, 30))
+        assert (left is right) == alike
+        assert np.array_equal(left, right)
+
+
+def test_what_lies_in_neither_of_two_rectangles_is_empty() -> None:
+    above, below, beside = Rectangle(0, 0, 10, 10), Rectangle(0, 20, 10, 10), Rectangle(30, 0, 10, 10)
+    assert above.intersection(below) == Rectangle(0, 20, 10, 0)
+    assert above.intersection(beside) == Rectangle(30, 0, 0, 10)
 
 
 def test_the_share_of_luminance_lost_is_told() -> None:

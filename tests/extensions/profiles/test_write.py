@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -225,6 +226,16 @@ def test_opencolorio_reads_the_table_as_it_is_meant(given: CubeInput, tmp_path: 
         # Interpolated in cubes there, in tetrahedra here: the same but for what bends within a cube.
         assert np.abs(codes - between(rows, asked64)).mean() < 1e-3
         assert np.abs(codes - between(rows, asked64)).max() < 0.05
+
+
+@pytest.mark.parametrize("target", ["xyz", "code"])
+def test_a_table_of_readings_gives_what_is_asked_from_the_other(tmp_path: Path, target: Literal["code", "xyz"]) -> None:
+    model = thesis_display()
+    codes = np.array([[0, 0, 0], [128, 30, 0], [200, 210, 220]]) / 255
+    write_ti3(Measurements(codes, model.xyz(codes)), tmp_path / "d.ti3")
+    converted = convert_colours(tmp_path / "d.ti3", model, target)
+    assert converted.kind == target
+    assert converted.values == pytest.approx(model.xyz(codes) if target == "xyz" else 255 * codes, abs=1e-3)
 
 
 def test_light_in_is_linear_out() -> None:

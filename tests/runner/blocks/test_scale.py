@@ -142,6 +142,19 @@ def test_the_marker_stands_above_its_number_and_nothing_covers_it() -> None:
     assert "25" not in near
 
 
+@pytest.mark.parametrize(("type_px", "end"), [(None, 360.0), (48.0, 122.0)])
+def test_numbers_are_clicked_where_they_stand_and_the_ends_leave_room_for_words(
+    type_px: float | None, end: float
+) -> None:
+    style = Style((960, 1080), type_px=type_px)
+    targets = scale_targets(TEN, style, None)
+    for item in scale_items(TEN, style, None):
+        if isinstance(item, Text) and item.words in targets:
+            assert item.offset_px[0] == targets[item.words].offset_px[0]
+    ends = [targets[str(number)].offset_px[0] / style.unit_px for number in (1, 10)]
+    assert ends == pytest.approx([-end, end], abs=1 / style.unit_px)
+
+
 def test_under_a_picture_the_question_is_above_and_the_scale_below_it() -> None:
     question, *rest = scale_items(TEN, FULL_HD_HALF, 4, UNDER)
     assert isinstance(question, Text)

@@ -77,6 +77,20 @@ def test_sessions_with_equal_files_share_one_copy(study: Path, tmp_path: Path) -
         assert str(log.header.hashes["configuration"]).startswith(listed.parent.name)
 
 
+def test_a_resumed_session_keeps_the_files_where_it_looks_for_them(study: Path, tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    simulate(study, OBSERVERS, ["01"], results=results)
+    (log,) = session_files(results)
+    lines = log.read_bytes().splitlines(keepends=True)
+    log.write_bytes(b"".join(lines[: len(lines) // 2]))
+    (before,) = kept(results)
+    shutil.rmtree(before.parents[1])
+    run_session(study, "01", SessionOptions(results, simulate=OBSERVERS, resume=True))
+    assert read_session(log).complete
+    assert kept(results) == [before]
+    assert list(tmp_path.glob("**/configuration.json")) == [before]
+
+
 def test_a_changed_file_is_kept_in_a_folder_of_its_own(study: Path, tmp_path: Path) -> None:
     results = tmp_path / "results"
     simulate(study, OBSERVERS, ["01"], results=results)
