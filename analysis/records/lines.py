@@ -476,7 +476,7 @@ class Resumption(Fields):
     """A session was resumed; ``accepted_changes`` maps what had changed to its SHA-256 before and after.
 
     ``clock_behind_s`` is how far the machine's clock stood before the last record; the session's times count on from
-    that record all the same.
+    that record all the same. ``software`` has the versions that differ from those that wrote the log so far.
     """
 
     record: Literal["resume"] = "resume"
@@ -484,6 +484,7 @@ class Resumption(Fields):
     accepted_changes: dict[Name, Change] = Field(default_factory=dict)
     """What had changed, by its name."""
     clock_behind_s: NotNegative = 0.0
+    software: dict[Name, Text] = Field(default_factory=dict, exclude_if=operator.not_)
 
 
 class WindowEvent(Fields):

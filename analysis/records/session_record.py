@@ -86,6 +86,15 @@ class SessionLog:
         return self._those(Resumption)
 
     @property
+    def software(self) -> tuple[dict[str, str], ...]:
+        """The versions that wrote it: those at its start, then those of each time that it was resumed with others."""
+        versions = [dict(self.header.software)]
+        for resumption in self.resumptions:
+            if resumption.software:
+                versions.append(versions[-1] | resumption.software)
+        return tuple(versions)
+
+    @property
     def torn_tail(self) -> bytes:
         """The bytes of an unfinished last line, empty if there is none."""
         return self.state.torn_tail

@@ -381,7 +381,7 @@ def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
 
 def _software(report: Report, cited: Citations) -> str:
     """Say with what the sessions were run, in each version, and with what the report was computed."""
-    run = dict.fromkeys(filter(None, (_versions(session.header.software) for session in report.sessions)))
+    run = dict.fromkeys(filter(None, (_versions(each) for session in report.sessions for each in session.software)))
     here = {name: importlib.metadata.version(name) for name in ("cyclopean", "numpy", "scipy")}
     made = f"The report was computed with {_versions(here)}."
     return f"Sessions were run with {'; others with '.join(run)}. {made}" if run else made

@@ -313,6 +313,8 @@ def event_rows(log: SessionLog) -> list[tuple[str, ...]]:
         facts = resumption.to_json()["accepted_changes"]
         if stop := times.stop(resumption):
             facts |= {"gap_s": stop.gap_s, "clock_behind_s": stop.clock_behind_s}
+        if resumption.software:
+            facts |= {"software": resumption.software}
         changes = cell(facts) if facts else MISSING
         add(resumption, "resumption", MISSING, MISSING, MISSING, MISSING, MISSING, changes)
     timed.sort(key=lambda item: (item[0] is None, item[0] or 0.0))

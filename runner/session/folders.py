@@ -27,6 +27,7 @@ from documents.text import counted
 from runner.errors import SessionError, UsedCodeError
 from runner.session.clocks import SteadyClock
 from runner.session.events import Ended, Event, Record, Recorded
+from runner.session.header import software
 
 LOCK = ".lock"
 _LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"
@@ -252,7 +253,11 @@ class Recorder:
         def resumption(log: SessionLog) -> Resumption:
             clocks.append(clock(latest_utc(log)))
             changes = {name: Change.model_validate(change) for name, change in accepted_changes.items()}
-            return Resumption(utc=clocks[0](), accepted_changes=changes, clock_behind_s=clocks[0].behind_s)
+            now, before = {"commit": ""} | software(), log.software[-1]
+            versions = {name: version for name, version in now.items() if before.get(name, "") != version}
+            return Resumption(
+                utc=clocks[0](), accepted_changes=changes, clock_behind_s=clocks[0].behind_s, software=versions
+            )
 
         recorder, log = cls.reopen(folder, resumption, stopped)
         return recorder, log, clocks[0]

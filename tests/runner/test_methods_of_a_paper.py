@@ -15,7 +15,7 @@ import pytest
 
 import cyclopean as house
 from analysis.choices import Adjust
-from analysis.records import read_results
+from analysis.records import read_results, read_session
 from analysis.report import METHODS_ITEMS, describe
 from analysis.scaling.robust_tests import DRAWS
 from runner.protocol import read_experiment
@@ -165,6 +165,22 @@ FACTS = "methods: {sample_size: 'By a plan: <b>80 %</b> power.', data: 'osf.io/a
 
 def write_experiment(folder: Path, facts: str) -> Path:
     return every_kind.write(folder, every_kind.written("rating", 0), more=facts)
+
+
+def test_each_version_that_a_session_was_run_with_is_told(
+    tmp_path: Path, report: Callable[..., Told], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = record(tmp_path / "results", "rating", observers=1)
+    (log,) = read_results(results)
+    log.file.write_bytes(b"".join(log.file.read_bytes().splitlines(keepends=True)[:2]))
+    monkeypatch.setattr("runner.session.folders.software", lambda: {"cyclopean": "98.7", "numpy": "1.2"})
+    for _ in range(2):  # of the second time nothing is told that was told before
+        recorder, _, _ = Recorder.resume(log.file.parent, {})
+        recorder.close()
+        began, resumed = read_session(log.file).software
+        assert began == log.header.software
+        assert resumed == {**began, "cyclopean": "98.7", "numpy": "1.2"}
+    assert "cyclopean 98.7 and numpy 1.2" in report(results).answer("software")
 
 
 def test_the_experiment_file_fills_blanks(tmp_path: Path, report: Callable[..., Told]) -> None:

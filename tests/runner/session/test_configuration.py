@@ -86,7 +86,9 @@ def test_a_resumed_session_keeps_the_files_where_it_looks_for_them(study: Path, 
     (before,) = kept(results)
     shutil.rmtree(before.parents[1])
     run_session(study, "01", SessionOptions(results, simulate=OBSERVERS, resume=True))
-    assert read_session(log).complete
+    resumed = read_session(log)
+    assert resumed.complete
+    assert resumed.software == (resumed.header.software,)
     assert kept(results) == [before]
     assert list(tmp_path.glob("**/configuration.json")) == [before]
 
