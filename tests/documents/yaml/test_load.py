@@ -24,6 +24,7 @@ from runner.check.files import _CHECKS
 from runner.protocol import read_experiment
 from stimuli.comparison import read_regions
 from stimuli.recipes import read_recipe
+from tests.conftest import write_study
 from tests.kept import known
 
 
@@ -127,8 +128,8 @@ FILES = {
     "a rig file": CONFIGS / "rigs/asus_vg248qe_3dvision.yaml",
     "a camera file": CONFIGS / "cameras/nikon_d800.yaml",
     "a file of areas to compare": CONFIGS / "regions/plate.yaml",
-    "a recipe": CONFIGS / "stimuli/manitoba_gray.yaml",
-    "an experiment": Path("experiments/dynamic_range.yaml"),
+    "a recipe": Path("recipe.yaml"),
+    "an experiment": Path("small.yaml"),
 }
 READERS: dict[str, Callable[[Path], Any]] = {
     "a display file": read_display,
@@ -141,18 +142,25 @@ READERS: dict[str, Callable[[Path], Any]] = {
 }
 
 
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a recipe and an experiment."""
+    return Path(write_study(tmp_path_factory.mktemp("study")).folder)
+
+
 @pytest.mark.parametrize("given", FILES)
 @pytest.mark.parametrize("wanted", READERS)
-def test_one_finding_says_what_it_is_and_what_is_wanted(given: str, wanted: str) -> None:
+def test_one_finding_says_what_it_is_and_what_is_wanted(given: str, wanted: str, study: Path) -> None:
+    file = FILES[given] if FILES[given].parent.name else study / FILES[given]
     if given == wanted:
-        READERS[wanted](FILES[given])
+        READERS[wanted](file)
         return
     with pytest.raises(InputError) as caught:
-        READERS[wanted](FILES[given])
+        READERS[wanted](file)
     (finding,) = caught.value.findings
     called = "a recipe or observers file" if given == "a recipe" else given
     assert finding.message == f"this is {called}, not {wanted}"
-    assert finding.file == str(FILES[given])
+    assert finding.file == str(file)
     assert finding.line
 
 

@@ -14,13 +14,17 @@ from pydantic import ValidationError
 from analysis.comparisons import from_sessions
 from analysis.records import SessionLog, new_header
 from analysis.scaling import fit
+from documents import InputError
 from runner.blocks import Stimuli
 from runner.observers import BradleyTerryObserver
 from runner.ports import Compare
+from runner.protocol import read_experiment
+from runner.reports import pair_design
 from runner.scene import Text
 from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]
+Study = Any  # tests/conftest.py
 NAMES = tuple(f"p{number:02d}" for number in range(12))
 PLACE = setting(NAMES)
 BLOCK = met("active_pairs", PLACE, trials=40)
@@ -98,3 +102,9 @@ def test_wrong_numbers_are_faults() -> None:
     for wrong in ({}, {"trials": 9, "trials_per_stimulus": 3}, {"trials": 9, "gain": "luck"}, {"trials": 0}):
         with pytest.raises(ValidationError):
             _faults(5, **wrong)
+
+
+def test_it_has_no_fixed_design(study: Study) -> None:
+    study.edit("small.yaml", "  - {kind: all_pairs, break_every: 4}\n", "  - {kind: active_pairs, trials: 12}\n")
+    with pytest.raises(InputError, match="'active_pairs' chooses pairs by the answers"):
+        pair_design(read_experiment(study.experiment))

@@ -151,3 +151,9 @@ def test_what_is_wrong_is_said_in_a_line(cyclopean: Cyclopean, words: list[str],
     told = cyclopean("power", *words, expect=status)
     assert finding in told.stderr
     assert "Traceback" not in told.stderr
+
+
+def test_observers_and_limits_are_refused_in_words(cyclopean: Callable[..., Any]) -> None:
+    for words in (("--observers", "9" * 5000), ("--observers", "1-100000000"), ("--observers", "1e999")):
+        told = cyclopean("power", "experiments/dynamic_range.yaml", *words, expect=2)
+        assert told.stderr.splitlines()[-1].startswith(("Error: ", "error: "))

@@ -18,6 +18,7 @@ from analysis.records import new_header, read_session
 from extensions.thresholds import Easier, QuestionSummary, QuestPlus, Staircase, summarise_thresholds
 from extensions.thresholds.ladders import ladders
 from runner.blocks import Block, Stimuli
+from runner.check import CheckOptions, check_file
 from runner.observers import BradleyTerryObserver, key_for, plain_key
 from runner.observers.behaviour import BehaviourSpec, PsychometricSpec
 from runner.ports import Ask, Choose
@@ -25,6 +26,7 @@ from tests.answers import changed
 from tests.runner.every_kind import entry, met, setting
 
 Play = Callable[..., Any]
+Study = Any  # tests/conftest.py
 LEVELS = tuple(round(float(level), 4) for level in np.geomspace(0.01, 1, 15))
 FACTORS = {"blank": {"contrast": 0.0}} | {f"c{n:02d}": {"contrast": level} for n, level in enumerate(LEVELS)}
 KNOWN = Stimuli(FACTORS)
@@ -304,3 +306,18 @@ def test_each_scene_has_a_ladder_and_a_reference_of_its_own() -> None:
 def test_keys_that_do_not_go_together_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         entry("threshold", **{"factor": "contrast", "trials": 9, **wrong})
+
+
+def test_a_level_of_zero_is_warned_of_where_others_have_logarithms(study: Study) -> None:
+    block = "  - {kind: threshold, factor: contrast, task: yes_no, stimuli: [one, two, three], trials: 3}\n"
+    study.edit("small.yaml", "  - {kind: all_pairs, break_every: 4}\n", block)
+    for level, name in enumerate(("one", "two", "three")):
+        study.edit("recipe.yaml", f"{name}.exr}}", f"{name}.exr, factors: {{contrast: {level}}}}}")
+    options = CheckOptions(results=study.results, screen=False)
+    (found,) = [each for each in check_file(study.experiment, options).warnings if "level 0" in each.message]
+    assert (found.line, "reference" in str(found.remedy)) == (
+        study.experiment.read_text().split(block)[0].count("\n") + 1,
+        True,
+    )
+    study.edit("recipe.yaml", "contrast: 0}", "contrast: 3}")
+    assert not [each for each in check_file(study.experiment, options).warnings if "level 0" in each.message]

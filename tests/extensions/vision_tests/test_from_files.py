@@ -10,6 +10,7 @@ import pytest
 from analysis.records import SessionLog, read_session, session_files
 from documents import InputError
 from extensions.vision_tests import VisionOutcomeRecord, screened
+from runner.check import CheckOptions, CheckReport, check_file
 from runner.protocol import read_experiment
 
 Study = Any  # tests/conftest.py
@@ -144,3 +145,24 @@ def test_modes_of_fewer_pixels_have_a_coarser_finest_disparity(study: Study, mod
     facts = block.facts["stereo_acuity"]
     assert facts["finest_px"] == pytest.approx(0.2 * grain)
     assert facts["finest_arcsec"] == pytest.approx(facts["finest_px"] * facts["one_pixel_arcsec"], rel=0.01)
+
+
+def checked(study: Study, **options: Any) -> CheckReport:
+    return check_file(study.experiment, CheckOptions(results=study.results, screen=False, **options))
+
+
+def test_screening_is_a_sentence_and_its_outcome_no_trial(study: Study) -> None:
+    study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
+    study.edit("display.yaml", "quad-buffered: {same_as", "anaglyph-red-cyan: {same_as")
+    tests = "[{test: near_acuity, pass_logmar: 0.5, levels_logmar: [0.6, 0.5, -0.9]}, {test: stereo_acuity}]"
+    study.edit("small.yaml", "blocks:\n", f"blocks:\n  - {{kind: screening, tests: {tests}}}\n")
+    assert checked(study, pictures=False).facts["blocks"][0]["trials"] == 2 * 5 + 8 * 4
+    said = study.cyclopean("check", study.experiment, "--no-pictures", "--no-screen").stdout
+    words = " ".join(said.split())
+    assert "shown from 0.6 to 0.5; this screen cannot show -0.9" in words
+    assert "passed at 140 arcsec or finer" in words
+    assert "colour gives the square away" not in words
+    study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
+    (warning,) = [w for w in checked(study, pictures=False).warnings if "stereo acuity" in w.message]
+    assert "colour gives the square away" in warning.message
+    assert warning.line == 8

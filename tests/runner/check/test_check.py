@@ -319,38 +319,6 @@ def test_a_mode_that_does_not_exist_is_found_in_a_display_file(study: Study) -> 
     assert str(error).endswith("(did you mean 'quad-buffered'?)")
 
 
-def test_screening_is_a_sentence_and_its_outcome_no_trial(study: Study) -> None:
-    study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
-    study.edit("display.yaml", "quad-buffered: {same_as", "anaglyph-red-cyan: {same_as")
-    tests = "[{test: near_acuity, pass_logmar: 0.5, levels_logmar: [0.6, 0.5, -0.9]}, {test: stereo_acuity}]"
-    study.edit("small.yaml", "blocks:\n", f"blocks:\n  - {{kind: screening, tests: {tests}}}\n")
-    assert _check(study, pictures=False).facts["blocks"][0]["trials"] == 2 * 5 + 8 * 4
-    said = study.cyclopean("check", study.experiment, "--no-pictures", "--no-screen").stdout
-    words = " ".join(said.split())
-    assert "shown from 0.6 to 0.5; this screen cannot show -0.9" in words
-    assert "passed at 140 arcsec or finer" in words
-    assert "colour gives the square away" not in words
-    study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
-    (warning,) = [w for w in _check(study, pictures=False).warnings if "stereo acuity" in w.message]
-    assert "colour gives the square away" in warning.message
-    assert warning.line == 8
-
-
-def test_a_level_of_zero_is_warned_of_where_others_have_logarithms(study: Study) -> None:
-    block = "  - {kind: threshold, factor: contrast, task: yes_no, stimuli: [one, two, three], trials: 3}\n"
-    study.edit("small.yaml", "  - {kind: all_pairs, break_every: 4}\n", block)
-    for level, name in enumerate(("one", "two", "three")):
-        study.edit("recipe.yaml", f"{name}.exr}}", f"{name}.exr, factors: {{contrast: {level}}}}}")
-    (found,) = [each for each in _check(study).warnings if "level 0" in each.message]
-    assert (found.line, "reference" in str(found.remedy)) == (_line_of(study, block), True)
-    study.edit("recipe.yaml", "contrast: 0}", "contrast: 3}")
-    assert not [each for each in _check(study).warnings if "level 0" in each.message]
-
-
-def _line_of(study: Study, text: str) -> int:
-    return int(study.experiment.read_text().split(text)[0].count("\n")) + 1
-
-
 @pytest.mark.parametrize(("observers", "camps"), [(3, 4), *nightly((5, 16), (6, None)), (30, None)])
 def test_a_design_that_finds_nothing_with_the_observers_planned_is_warned_of(
     study: Study, observers: int, camps: int | None

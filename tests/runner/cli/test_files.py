@@ -23,18 +23,14 @@ from tests.invoked import invoked
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[3]
-SHIPPED = [
-    *sorted(ROOT.glob("experiments/*.yaml")),
-    *sorted(ROOT.glob("configs/*/*.yaml")),
-]
+# Those of plates are checked with their extension: tests/extensions/sparkle.
+SHIPPED = [file for file in sorted(ROOT.glob("configs/*/*.yaml")) if file.parent.name != "stimuli"]
 
 
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.name)
 def test_every_shipped_file_is_right(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
-    # Their 90 pictures take minutes: tests/stress builds them.
-    more = ["--no-pictures", "--observers", "5"] if file.parent.name == "experiments" else []
-    result = invoked("check", file, "--json", *more)
+    result = invoked("check", file, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)[0]["findings"] == []
 
@@ -92,7 +88,7 @@ def test_preview_of_a_wrong_experiment_writes_nothing(study: Study) -> None:
         ("experiment", "experiments/dynamic_range.yaml"),
         ("rig", "configs/rigs/asus_vg248qe_3dvision.yaml"),
         ("display", "configs/displays/asus_vg248qe.yaml"),
-        ("stimuli", "configs/stimuli/manitoba_gray.yaml"),
+        ("stimuli", "configs/stimuli/photographs/recipe.yaml"),
         ("observers", "configs/observers/table_4_4.yaml"),
         ("camera", "configs/cameras/nikon_d800.yaml"),
         ("regions", "configs/regions/plate.yaml"),
@@ -120,16 +116,10 @@ def test_doctor_says_what_there_is() -> None:
             ten_bits = surface["ten_bits"]
             assert ten_bits["given"] or "10 bits a channel were asked for" in ten_bits["problem"]
             assert surface["facts"]["arithmetic"].split(":")[0] in {kind.value for kind in Arithmetic}
-    assert facts["measures"]["pu-ssim"] is None
+    assert facts["measures"]["s-cielab"] is None
     printed = invoked("doctor").output
     assert f"colours computed in {egl['facts']['arithmetic']}" in printed
     assert "installed: delta-e-2000, s-cielab" in printed
-
-
-def test_doctor_names_what_a_measure_needs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stimuli.measures.measure.find_spec", lambda name: None)
-    assert json.loads(invoked("doctor", "--json").stdout)["measures"]["flip"] == "pip install '.[measures]'"
-    assert "  flip: pip install '.[measures]'" in invoked("doctor").output
 
 
 def test_the_schema_of_a_photodiode_s_record_names_its_keys() -> None:

@@ -41,8 +41,6 @@ def test_json(tmp_path: Path) -> None:
     assert (facts["pictures"], facts["trials"], facts["mode"]) == (2, 1, "flat")
     assert Path(facts["experiment"]).is_file()
     assert facts["commands"][0][:2] == ["cyclopean", "check"]
-    copied = json.loads(_new("--from", "paints", tmp_path / "p", "--json").stdout)
-    assert all(Path(file).is_file() for file in copied["files"])
     assert "dynamic_range" in json.loads(_new("--list", "--json").stdout)
 
 
@@ -55,14 +53,6 @@ def test_the_options_reach_the_study(tmp_path: Path) -> None:
     assert rig.nominal is not None
     assert (rig.mode, rig.spec.distance_mm, rig.monitors, rig.nominal.white_cd_m2) == ("top-bottom", 500, ("2",), 80)
     assert experiment.spec.question == "Why?"
-
-
-def test_a_shipped_experiment_is_copied_under_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    done = _new("--from", "preliminary")
-    assert done.exit_code == 0
-    assert (tmp_path / "preliminary" / "experiments" / "preliminary.yaml").is_file()
-    assert "cyclopean check preliminary/experiments/preliminary.yaml" in done.stdout
 
 
 @pytest.mark.parametrize(
