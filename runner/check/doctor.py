@@ -343,7 +343,10 @@ def _timing(
 def _package(name: str) -> PackageReport:
     """Flat package names can be taken by others: report where each is imported from."""
     root = Path(__file__).resolve().parents[2]
-    file = importlib.import_module(name).__file__
+    try:
+        file = importlib.import_module(name).__file__
+    except ModuleNotFoundError:  # the extensions alone can be left out
+        return PackageReport("", "not installed: what needs one of them says so")
     folder = Path(file).resolve().parents[1] if file else None
     problem = None if folder == root else f"imported from {folder}, not from {root}: another distribution hides it"
     return PackageReport(str(folder), problem)
