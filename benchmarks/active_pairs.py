@@ -336,9 +336,10 @@ def write(rows: list[Row], taken_s: float) -> None:
         for key, form in _COLUMNS.items():
             cells.append("–" if row.get(key) is None else form.format(row[key]))
         lines.append(f"| {' | '.join(cells)} |")
+    result = {"title": TITLE, "rows": rows, "promises": promised(rows)}
     save(
         "active_pairs",
-        json_document("active_pairs", TITLE, rows, taken_s=taken_s, promises=promised(rows)),
+        json_document("active_pairs", [result], taken_s=taken_s),
         "\n".join(lines) + "\n",
     )
     if not is_quick():

@@ -13,7 +13,7 @@ import numpy as np
 from curves import Row, answer_and_seconds, is_quick, program, sized, times_faster
 from numpy.typing import NDArray
 from promises import Promise
-from sparkle_measures import planted
+from sparkle import planted
 
 from devices.colour import delta_e_2000_of_xyz
 from documents import at_most_threads

@@ -1,8 +1,9 @@
 """Write one benchmark as JSON, as a Markdown table and as a plot of run time against error.
 
-A benchmark is a script beside this file. Its ``run()`` returns ``{"title", "rows", "promises"}``, and as a program it
-calls `program`. Run it as ``python benchmarks/<name>.py``: Python then finds this module beside it. With ``--quick`` it
-is small, for a test that it runs: `sized` gives the smaller sizes, and everything is timed once.
+A benchmark is a script beside this file, one for a part. Each of its functions that measure returns ``{"title", "rows",
+"promises"}``, and as a program it hands them to `program`. Run it as ``python benchmarks/<name>.py``: Python then finds
+this module beside it. With ``--quick`` it is small, for a test that it runs: `sized` gives the smaller sizes, and
+everything is timed once.
 """
 
 from __future__ import annotations
@@ -49,21 +50,32 @@ def out() -> Path:
     return Path(named[0]) if named else sized(OUT, OUT / "quick")
 
 
-def program(name: str, run: Callable[[], Mapping[str, Any]]) -> None:
-    """Run, write the files, and print the promises and where the files are.
+def program(name: str, *runs: Callable[[], Mapping[str, Any]]) -> None:
+    """Run what is measured of a part, one after another, write the files, and print the promises and where they are.
 
-    What ``run`` returns has a ``title``, ``rows`` as `write` wants them, and may have ``promises``, a `Promise` each,
-    and ``lines`` of text to print.
+    What each of ``runs`` returns has a ``title``, ``rows`` as `write` wants them, and may have ``promises``, a
+    `Promise` each, and ``lines`` of text to print.
     """
     started = perf_counter()
-    result = run()
-    promises = result.get("promises", ())
-    write(name, str(result["title"]), result["rows"], promises=promises, taken_s=perf_counter() - started)
-    for line in result.get("lines", ()):
+    results = [run() for run in runs]
+    write(name, results, taken_s=perf_counter() - started)
+    for line in (line for result in results for line in result.get("lines", ())):
         print(line)
-    for promise in promises:
+    for promise in promises_of(results):
         print(promise.words(quick=is_quick()))
     print(f"written to {out()}")
+
+
+def row(
+    series: str, parameter: object, taken_s: float | None, error: float | None = None, **more: object
+) -> dict[str, Any]:
+    """Return a row: run time in seconds and error, None where there is none, and ``more``, such as a ``note``."""
+    return {"series": series, "parameter": str(parameter), "seconds": taken_s, "error": error, **more}
+
+
+def promises_of(results: Sequence[Mapping[str, Any]]) -> list[Promise]:
+    """Return the promises of all results."""
+    return [promise for result in results for promise in result.get("promises", ())]
 
 
 def seconds(work: Callable[[], object], *, repeats: int = 7, at_least_s: float = 0.02) -> float:
@@ -129,19 +141,17 @@ def _once(work: Callable[[], object]) -> float:
     return max(perf_counter() - start, 1e-9)
 
 
-def write(
-    name: str, title: str, rows: Sequence[Row], *, promises: Sequence[Promise] = (), taken_s: float | None = None
-) -> None:
-    """Write ``<name>.json``, ``.md`` and, unless quick, ``.svg`` into `out`.
+def write(name: str, results: Sequence[Mapping[str, Any]], *, taken_s: float | None = None) -> None:
+    """Write ``<name>.json``, ``.md`` and, unless quick, a plot of each result (``.svg``, ``-2.svg``) into `out`.
 
     Each row has ``series`` and ``parameter`` (text), ``seconds`` and ``error`` (numbers, or None where there is
     none to give), and optionally ``note``. Further keys go into the JSON and not into the table; NaN becomes null.
     """
-    lines = table(title, machine(), rows) + "".join(f"\n- {one.words(quick=is_quick())}" for one in promises) + "\n"
-    document = json_document(name, title, rows, promises=promises, taken_s=taken_s)
-    save(name, document, lines)
-    if not is_quick():
-        _plot(title, rows, out() / f"{name}.svg")
+    text = "\n".join(table(str(result["title"]), machine(), result["rows"]) for result in results)
+    text += "".join(f"\n- {promise.words(quick=is_quick())}" for promise in promises_of(results)) + "\n"
+    save(name, json_document(name, results, taken_s=taken_s), text)
+    for number, result in enumerate(() if is_quick() else results, 1):
+        _plot(str(result["title"]), result["rows"], out() / f"{name}{f'-{number}' if number > 1 else ''}.svg")
 
 
 def machine() -> str:
@@ -150,17 +160,17 @@ def machine() -> str:
 
 
 def json_document(
-    name: str, title: str, rows: Sequence[Row], *, promises: Sequence[Promise] = (), taken_s: float | None = None
+    name: str, results: Sequence[Mapping[str, Any]], *, taken_s: float | None = None
 ) -> dict[str, object]:
-    """Return what the JSON file of a benchmark says."""
+    """Return what the JSON file of a benchmark says; each row says the ``title`` that it stands under."""
     return {
         "name": name,
-        "title": title,
+        "title": "; ".join(str(result["title"]) for result in results),
         "machine": machine(),
         "quick": is_quick(),
         "taken_s": taken_s,
-        "promises": [promise.to_json(quick=is_quick()) for promise in promises],
-        "rows": [_plain(row) for row in rows],
+        "promises": [promise.to_json(quick=is_quick()) for promise in promises_of(results)],
+        "rows": [{"title": result["title"], **_plain(one)} for result in results for one in result["rows"]],
     }
 
 

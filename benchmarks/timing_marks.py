@@ -22,7 +22,7 @@ from typing import Any
 
 from curves import program, sized
 from promises import Promise
-from session_opening import EXPERIMENT, make, own_cache
+from session import EXPERIMENT, make, own_cache
 
 from analysis.records import read_session, session_files
 from documents.platform import pseudo_terminal

@@ -22,6 +22,8 @@ one_importer_percent = 0
 test_lines = 2
 test_imports_within = 1
 doc_words = 3
+benchmark_lines = 2
+benchmark_files = 1
 face_names = 1
 
 # Lines.
@@ -47,6 +49,7 @@ def house(tmp_path: Path) -> Path:
         "devices/lamp/__init__.pyi": "from .bulb import Bulb as Bulb\n",
         "devices/lamp/bulb.py": "class Bulb:\n    pass\n\n",
         "tests/test_lamp.py": "from devices.lamp.bulb import Bulb\n",
+        "benchmarks/lamp.py": "import time\n\n",
         "docs/lamp.md": "Three short words\n",
         "CONTRIBUTING.md": "".join(("The house:\n", *DRAWN, "Its ways.\n")),
         "docs/api.md": "made from the docstrings, which is counted with the lines\n",
@@ -73,6 +76,8 @@ def test_what_is_within_its_budgets_passes_and_is_counted(house: Path) -> None:
         "test_lines": 1,
         "test_imports_within": 1,
         "doc_words": 3,
+        "benchmark_lines": 2,
+        "benchmark_files": 1,
     }
 
 

@@ -7,9 +7,9 @@ A module counts as imported by another where one of its names is imported there,
 ``--list``, the modules that exactly one other module imports are named, and those within rooms that tests import.
 
 With ``--check``, as in `make check`, the exit status is 1 where a count is above its budget in ``[tool.rooms]`` of
-pyproject.toml: of the whole, of a room, of a face, of the tests, of the pages; and where the picture in CONTRIBUTING.md
-is not that of the imports. ``--lower`` brings each budget down to its count, and draws the picture again. A budget is
-raised by hand, with a decision record that says what for.
+pyproject.toml: of the whole, of a room, of a face, of the tests, of the pages, of the benchmarks; and where the picture
+in CONTRIBUTING.md is not that of the imports. ``--lower`` brings each budget down to its count, and draws the picture
+again. A budget is raised by hand, with a decision record that says what for.
 """
 
 from __future__ import annotations
@@ -188,6 +188,7 @@ def counts_of(root: Path) -> dict[str, dict[str, int]]:
     classes = {name: len(own) for name, own in named.items()}
     meanings = Counter(one for own in named.values() for one in own if not one.startswith("_"))
     pages = [file for file in (root / "docs").glob("*.md") if file.name not in GENERATED]
+    benchmarks = list((root / "benchmarks").rglob("*.py"))
     whole = {
         "lines": lines_of(modules.values()),
         "modules": len(leaves),
@@ -199,6 +200,8 @@ def counts_of(root: Path) -> dict[str, dict[str, int]]:
         "test_lines": lines_of((root / "tests").rglob("*.py")),
         "test_imports_within": imports_in_tests(root, modules, faces)["inner"].total(),
         "doc_words": sum(len(file.read_text(encoding="utf-8").split()) for file in pages),
+        "benchmark_lines": lines_of(benchmarks),
+        "benchmark_files": len(benchmarks),
     }
     if len(core) < len(modules):
         whole["core_lines"] = lines_of(core.values())
