@@ -13,7 +13,7 @@ LOCKED = $(PIP) --require-hashes --no-deps
 CHECKOUT = $(PIP) --no-deps --no-build-isolation --no-index -e .
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-.PHONY: help env gl test-tools demo test test-fast nightly core golden check api docs bench bench-release bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences release clean
+.PHONY: help env gl test-tools demo test test-fast nightly core golden check api docs bench bench-release psychopy bench-psychopy stress dither-mask test-quad test-vdp validate-bids lock sbom audit licences release clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
@@ -82,7 +82,7 @@ docs: env
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 	@echo "Open site/index.html"
 
-bench: test-tools
+bench: test-tools psychopy
 	@$(BIN)/python $(LOCKED) -r requirements/bench.txt \
 		|| echo "note: choix and evalica cannot be installed here; what is promised beside them is not measured"
 	@$(BIN)/python benchmarks/run_all.py $(BENCH)
@@ -90,11 +90,13 @@ bench: test-tools
 bench-release:
 	@$(MAKE) --no-print-directory bench BENCH=--release
 
-bench-psychopy: test-tools
+psychopy: env
 	@test -x .venv-psychopy/bin/python || $(PYTHON) -m venv .venv-psychopy
 	@.venv-psychopy/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
 		-r benchmarks/peers/psychopy-requirements.txt \
 		|| echo "note: PsychoPy cannot be installed here; its rows are left out"
+
+bench-psychopy: test-tools psychopy
 	$(BIN)/python benchmarks/trial_switch.py
 
 nightly: test-tools

@@ -22,7 +22,7 @@ from scipy import stats
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import in_two_processes, numbers, program, seconds, sized
+from curves import in_two_processes, numbers, program, row, seconds, sized
 from promises import Promise, times_as_fast, worst
 from simulated_studies import Design, as_comparisons
 
@@ -159,15 +159,15 @@ def _coverage_rows(cell: tuple[int, int, float, int], found: dict[tuple[str, str
         covered = float(sound.mean()) - (above + below) / 100
         width = float(np.median(rows[sound, 2])) if sound.any() else np.inf
         none = "" if sound.all() else f", {100 * (1 - sound.mean()):.0f} % have no interval"
-        yield {
-            "series": f"{way}, {kind}",
-            "parameter": f"{people} observers, {n} stimuli, true r {truth:g}",
-            "seconds": None,
-            "error": abs(covered - 0.95),
-            "note": f"{studies} studies: {100 * covered:.0f} % contain the truth, {above:.0f} % lie above and "
+        yield row(
+            f"{way}, {kind}",
+            f"{people} observers, {n} stimuli, true r {truth:g}",
+            None,
+            abs(covered - 0.95),
+            note=f"{studies} studies: {100 * covered:.0f} % contain the truth, {above:.0f} % lie above and "
             f"{below:.0f} % below it{none}; median width {width:.2f}",
-            "covered": covered,
-        }
+            covered=covered,
+        )
 
 
 def _decided(cell: tuple[int, int]) -> dict[str, Floats]:
@@ -197,14 +197,14 @@ def _decision_rows(people: int, found: dict[str, Floats], studies: int) -> Itera
     parameter = f"{people} observers, 9 stimuli and a photograph"
     for name, wanted in (("noise", 0.05), ("perfect", 1.0)):
         share = float(found[name].mean())
-        yield {
-            "series": f"{name} said to agree",
-            "parameter": parameter,
-            "seconds": None,
-            "error": abs(share - wanted),
-            "note": f"{studies} studies: {100 * share:.1f} %",
-            "share": share,
-        }
+        yield row(
+            f"{name} said to agree",
+            parameter,
+            None,
+            abs(share - wanted),
+            note=f"{studies} studies: {100 * share:.1f} %",
+            share=share,
+        )
     for name, words in (
         ("pairs", "share of pairs in order"),
         ("area", "area under the curve"),
@@ -216,14 +216,14 @@ def _decision_rows(people: int, found: dict[str, Floats], studies: int) -> Itera
         # Of each set of stimuli, what its studies have on average.
         truth = np.array([rows[rows[:, 0] == stimuli, 1].mean() for stimuli in rows[:, 0]])
         covered = float(((rows[:, 2] <= truth + 1e-9) & (truth <= rows[:, 3] + 1e-9)).mean())
-        yield {
-            "series": f"percentile, {words}",
-            "parameter": parameter,
-            "seconds": None,
-            "error": abs(covered - 0.95),
-            "note": f"{len(rows)} of {studies} studies have one: {100 * covered:.0f} % contain the mean of such",
-            "covered": covered,
-        }
+        yield row(
+            f"percentile, {words}",
+            parameter,
+            None,
+            abs(covered - 0.95),
+            note=f"{len(rows)} of {studies} studies have one: {100 * covered:.0f} % contain the mean of such",
+            covered=covered,
+        )
 
 
 def _times() -> Iterator[Row]:
@@ -231,13 +231,12 @@ def _times() -> Iterator[Row]:
     assert group.drawn is not None
     for way, (interval, kinds) in WAYS.items():
         for kind in kinds:
-            yield {
-                "series": f"{way}, {kind}",
-                "parameter": "time of one interval: 15 observers, 10 stimuli, 1000 draws",
-                "seconds": seconds(lambda interval=interval, kind=kind: interval(group, measure, kind), repeats=3),
-                "error": None,
-                "note": "",
-            }
+            yield row(
+                f"{way}, {kind}",
+                "time of one interval: 15 observers, 10 stimuli, 1000 draws",
+                seconds(lambda interval=interval, kind=kind: interval(group, measure, kind), repeats=3),
+                note="",
+            )
     scores = np.random.default_rng(1).normal(size=(sized(1000, 20), 10))
     peers = {"pearson": stats.pearsonr, "spearman": stats.spearmanr, "kendall": stats.kendalltau}
     for kind, peer in peers.items():
@@ -253,13 +252,7 @@ def _one_by_one(scores: Floats, measure: Floats, kind: Any, peer: Any) -> Iterat
 
     error = float(np.abs(ours() - theirs()).max())
     for series, work in ((f"1000 correlations at once, {kind}", ours), (f"SciPy, one by one, {kind}", theirs)):
-        yield {
-            "series": series,
-            "parameter": "10 stimuli",
-            "seconds": seconds(work, repeats=3),
-            "error": error,
-            "note": "largest difference between the two",
-        }
+        yield row(series, "10 stimuli", seconds(work, repeats=3), error, note="largest difference between the two")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from curves import Row, answer_and_seconds, program, seconds, sized
+from curves import Row, answer_and_seconds, program, row, seconds, sized
 from numpy.typing import NDArray
 from promises import Promise, worst
 from scipy.special import ndtr
@@ -56,7 +56,7 @@ def _found(kind: str) -> list[Row]:
         worst = float(np.abs(errors).max())
         name = f"{kind}, {reference.shape[1]} × {reference.shape[0]}"
         note = f"worst of {len(SHIFTS_PX)} shifts"
-        rows.append({"series": method, "parameter": name, "seconds": taken, "error": worst, "note": note})
+        rows.append(row(method, name, taken, worst, note=note))
     return rows
 
 
@@ -124,13 +124,13 @@ def _rolled() -> list[Row]:
         first, taken = answer_and_seconds(partial(find, rights[0.2]), repeats=3)
         errors = [abs((first if roll_deg == 0.2 else find(right)) - roll_deg) for roll_deg, right in rights.items()]
         rows.append(
-            {
-                "series": series,
-                "parameter": f"roll, {SIDE_PX} × {SIDE_PX}",
-                "seconds": taken,
-                "error": float(np.radians(max(errors)) * SIDE_PX / np.sqrt(2)),
-                "note": f"worst of {len(rights)} rolls, {max(errors):.4f}°",
-            }
+            row(
+                series,
+                f"roll, {SIDE_PX} × {SIDE_PX}",
+                taken,
+                float(np.radians(max(errors)) * SIDE_PX / np.sqrt(2)),
+                note=f"worst of {len(rights)} rolls, {max(errors):.4f}°",
+            )
         )
     return rows
 
@@ -163,13 +163,13 @@ def _compared() -> list[Row]:
         for series, find in (("compare", ours), ("OpenCV, ECC", ecc)):
             found, taken = answer_and_seconds(partial(find, other), repeats=3)
             rows.append(
-                {
-                    "series": series,
-                    "parameter": f"shift, blur {sd_px:g} px, {SIDE_PX} × {SIDE_PX}",
-                    "seconds": taken,
-                    "error": float(np.abs((found - want) @ corners.T).max()),
-                    "note": "shift and turn",
-                }
+                row(
+                    series,
+                    f"shift, blur {sd_px:g} px, {SIDE_PX} × {SIDE_PX}",
+                    taken,
+                    float(np.abs((found - want) @ corners.T).max()),
+                    note="shift and turn",
+                )
             )
     return rows
 
@@ -202,9 +202,7 @@ def _cut() -> list[Row]:
             error = float(np.abs(found[0][:, :, 1] - want).max() / want.max())
             name = f"spread {sd_px} px, {SIDE_PX} × {SIDE_PX}"
             note = "share of the peak"
-            rows.append(
-                {"series": f"cut, {interpolation}", "parameter": name, "seconds": taken, "error": error, "note": note}
-            )
+            rows.append(row(f"cut, {interpolation}", name, taken, error, note=note))
     return rows
 
 

@@ -14,7 +14,7 @@ from functools import partial
 from time import perf_counter
 
 import numpy as np
-from curves import program, seconds, sized
+from curves import program, row, seconds, sized
 from promises import Promise, worst
 
 from analysis.series.just_noticeable import NODES, REACH, Matches
@@ -115,7 +115,7 @@ def _measured(series: str, count: int, rule: Matches, spread: tuple[float, float
 
 
 def _row(series: str, parameter: str, taken_s: float, error: float | None, note: str) -> dict[str, object]:
-    return {"series": series, "parameter": parameter, "seconds": taken_s, "error": error, "note": note}
+    return row(series, parameter, taken_s, error, note=note)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from scipy import stats
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import program, seconds, sized
+from curves import program, row, seconds, sized
 from promises import Promise, times_as_fast, worst
 from simulated_studies import Design
 
@@ -118,7 +118,7 @@ def _error(found: list[Floats], truth: Floats) -> float:
 
 
 def _row(series: str, parameter: str, time: float, error: float | None, note: str = "") -> Row:
-    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
+    return row(series, parameter, time, error, note=note)
 
 
 if __name__ == "__main__":

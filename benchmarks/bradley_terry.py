@@ -22,7 +22,7 @@ from scipy.sparse import csr_array
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import program, seconds, sized, times_faster
+from curves import program, row, seconds, sized, times_faster
 from promises import Promise, worst
 
 from analysis.scaling.fitting import fit, fit_batch, fit_sparse
@@ -259,7 +259,7 @@ def _error(found: Floats, truth: Floats) -> float:
 
 
 def _row(series: str, parameter: str, time: float | None, error: float | None, note: str = "") -> Row:
-    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
+    return row(series, parameter, time, error, note=note)
 
 
 def _ratios() -> dict[tuple[str, str], float]:

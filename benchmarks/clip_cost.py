@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from curves import Row, program, seconds, sized, times_faster
+from curves import Row, program, row, seconds, sized, times_faster
 from numpy.typing import NDArray
 from promises import Promise, worst
 
@@ -107,9 +107,7 @@ def counts() -> list[Row]:
             note = f"{100 * out.mean():.2f} % of {COUNTED} counted, {100 * truth.mean():.2f} % are; "
             note += f"counted as shown, and off by ΔE00 {off.max():.2g} at most"
             wrong = float((out != truth).mean())
-            rows.append(
-                {"series": way, "parameter": name, "seconds": seconds(count, repeats=3), "error": wrong, "note": note}
-            )
+            rows.append(row(way, name, seconds(count, repeats=3), wrong, note=note))
     return rows
 
 
@@ -128,9 +126,7 @@ def rooms() -> list[Row]:
                 f"ΔE00 {off.max():.2g} at most; contrast {dark.contrast():.0f} in the dark, {lit.contrast():.0f} in it"
             )
             parameter = f"{room:g} cd/m²"
-            rows.append(
-                {"series": way, "parameter": parameter, "seconds": time_s, "error": float(off.mean()), "note": note}
-            )
+            rows.append(row(way, parameter, time_s, float(off.mean()), note=note))
     return rows
 
 

@@ -16,7 +16,7 @@ from time import perf_counter
 
 import moderngl
 import numpy as np
-from curves import program, sized
+from curves import program, row, sized
 from numpy.typing import NDArray
 from promises import Promise, worst
 
@@ -216,14 +216,14 @@ def pass_rows(surface: Surface) -> list[dict[str, object]]:
     for variant in found:
         hard = error_codes(surface, variant, HARD_GAMMA)
         rows.append(
-            {
-                "series": variant.series,
-                "parameter": variant.parameter,
-                "seconds": times[f"{variant.series}, {variant.parameter}"],
-                "error": error_codes(surface, variant, GAMMA),
-                "error_gamma_2_9": hard,
-                "note": f"at gamma {HARD_GAMMA}: {hard:.2g}",
-            }
+            row(
+                variant.series,
+                variant.parameter,
+                times[f"{variant.series}, {variant.parameter}"],
+                error_codes(surface, variant, GAMMA),
+                error_gamma_2_9=hard,
+                note=f"at gamma {HARD_GAMMA}: {hard:.2g}",
+            )
         )
     shipped = next(row for row in rows if (row["series"], row["parameter"]) == ("fourth root, float32", "1024 entries"))
     note = "with its texture; once per picture and eye"
@@ -291,9 +291,7 @@ def frame_rows(surface: Surface) -> list[dict[str, object]]:
     plain, blitted = times["plain copy: the same two pictures"], times["plain copy: glBlitFramebuffer"]
     for name, time_s in times.items():
         note = f"{time_s / plain:.2f} × a plain copy of the same pictures, {time_s / blitted:.2f} × one blit of it all"
-        rows.append(
-            {"series": name, "parameter": f"{width} × {height}", "seconds": time_s, "error": None, "note": note}
-        )
+        rows.append(row(name, f"{width} × {height}", time_s, note=note))
     return rows
 
 

@@ -10,7 +10,7 @@ from functools import partial
 
 import cv2
 import numpy as np
-from curves import Row, answer_and_seconds, program, sized
+from curves import Row, answer_and_seconds, program, row, sized
 from numpy.typing import NDArray
 from promises import Promise, worst
 from scipy.ndimage import gaussian_filter, map_coordinates
@@ -41,7 +41,7 @@ def run() -> dict[str, object]:
             error = _error(found, move)
             name = f"({move[0]:g}, {move[1]:g}) px, {move[2]:g}°"
             note = "corner off, px" if np.isfinite(error) else "not found"
-            rows.append({"series": method, "parameter": name, "seconds": taken, "error": min(error, 1e3), "note": note})
+            rows.append(row(method, name, taken, min(error, 1e3), note=note))
     title = f"A rendering of {SIZE[0]} × {SIZE[1]} pixels brought onto its photograph, and its depth"
     rows += depth()
     promises = [
@@ -66,9 +66,7 @@ def depth() -> list[Row]:
             found, taken = answer_and_seconds(work, repeats=3)
             error = abs(found / 1.2 - 1.0)
             note = "scale of depth, relative error"
-            rows.append(
-                {"series": method, "parameter": f"noise {noise:g}", "seconds": taken, "error": error, "note": note}
-            )
+            rows.append(row(method, f"noise {noise:g}", taken, error, note=note))
     return rows
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import program, sized
+from curves import program, row, sized
 from promises import Promise, times_as_fast
 
 Row = dict[str, object]
@@ -119,7 +119,7 @@ def _row(series: str, count: int, work: str, table: Path) -> Row:
     )
     seconds, megabytes = map(float, done.stdout.split())
     note = f"{count / seconds:,.0f} rows/s, at most {megabytes:.0f} MB"
-    return {"series": series, "parameter": f"{count:,} rows", "seconds": seconds, "error": 0.0, "note": note}
+    return row(series, f"{count:,} rows", seconds, 0.0, note=note)
 
 
 if __name__ == "__main__":

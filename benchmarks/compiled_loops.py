@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from curves import Row, answer_and_seconds, is_quick, program, sized, times_faster
+from curves import Row, answer_and_seconds, is_quick, program, row, sized, times_faster
 from numpy.typing import NDArray
 from promises import Promise
 from sparkle import planted
@@ -58,7 +58,7 @@ def run() -> dict[str, object]:
             faster = f"{ratio:.1f} × as fast as NumPy"
             ours = compiler(LARGE) or "NumPy", compiled_s, apart, faster
             for way, taken, error, note in (ours, ("NumPy", plain_s, 0.0, "")):
-                rows.append({"series": way, "parameter": name, "seconds": taken, "error": error, "note": note})
+                rows.append(row(way, name, taken, error, note=note))
             least, most = LIMITS[name]
             promises.append(Promise(f"{name}: difference from the twin in NumPy", apart, most, "error"))
             promises.append(_beside(name, ratio, least))

@@ -19,7 +19,7 @@ from unittest.mock import patch
 
 import numpy as np
 from colour_pass import in_turn
-from curves import Row, program, seconds, sized
+from curves import Row, program, row, seconds, sized
 from moderngl import Framebuffer, Texture
 from numpy.typing import NDArray
 from promises import Promise, worst
@@ -207,13 +207,13 @@ def negative_leaks() -> list[Row]:
         off = 255.0 * np.abs(models.left.code(seen) - models.left.code(asked["left"])).max()
         delta_e = delta_e_2000(xyz_to_lab(seen, white), xyz_to_lab(asked["left"], white))
         rows.append(
-            {
-                "series": series,
-                "parameter": "leaks of -4 to 1 % of each channel",
-                "seconds": seconds(work, repeats=3),
-                "error": float(off),
-                "note": f"ΔE00 {delta_e.mean():.2g} on average, {delta_e.max():.2g} at most",
-            }
+            row(
+                series,
+                "leaks of -4 to 1 % of each channel",
+                seconds(work, repeats=3),
+                float(off),
+                note=f"ΔE00 {delta_e.mean():.2g} on average, {delta_e.max():.2g} at most",
+            )
         )
     return rows
 
@@ -236,16 +236,7 @@ def run() -> dict[str, object]:
             note += f"; at gamma {HARD_GAMMA}: {hard_error:.2g}"
         if error is None and (series, parameter) != PLAIN:
             note = "percentages and ΔE00 for the session's record, on the processor, once per picture"
-        rows.append(
-            {
-                "series": series,
-                "parameter": parameter,
-                "seconds": time_s,
-                "error": error,
-                "error_gamma_2_9": hard_error,
-                "note": note,
-            }
-        )
+        rows.append(row(series, parameter, time_s, error, error_gamma_2_9=hard_error, note=note))
     passes = [row for row in rows if row["series"] in (IN_PASS, IN_TWO_FLOATS)]
     promises = [
         Promise("largest error in the pass at gamma 2.4, before rounding", worst(passes), 0.001, "error", unit="codes"),

@@ -21,7 +21,7 @@ from documents.arrays import Floats
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from curves import program, sized
+from curves import program, row, sized
 from promises import Promise, worst
 
 from devices.characterise import fit_display
@@ -98,18 +98,18 @@ def run(folder: Path | None = None) -> dict[str, object]:
             figures = [f"{value:.2f}" for value in (held.mean, held.p95, held.max, gog.mean)]
             cells.append((display, str(len(found.patches)), found.chosen.name, *figures, f"{taken_s:.1f}"))
             rows.append(
-                {
-                    "series": display,
-                    "parameter": found.chosen.name,
-                    "seconds": taken_s,
-                    "error": held.mean,
-                    "note": f"{len(found.patches)} readings; p95 {held.p95:.2f}, largest {held.max:.2f}; "
+                row(
+                    display,
+                    found.chosen.name,
+                    taken_s,
+                    held.mean,
+                    note=f"{len(found.patches)} readings; p95 {held.p95:.2f}, largest {held.max:.2f}; "
                     f"plain GOG {gog.mean:.2f}" + (f"; {len(found.left_out)} left out" if found.left_out else ""),
-                    "p95": held.p95,
-                    "max": held.max,
-                    "gog_mean": gog.mean,
-                    "left_out": list(found.left_out),
-                }
+                    p95=held.p95,
+                    max=held.max,
+                    gog_mean=gog.mean,
+                    left_out=list(found.left_out),
+                )
             )
     where = "simulated displays" if folder is None else f"the files in {folder.name}"
     promises = [] if folder else [Promise("largest held-out mean ΔE00", worst(rows), 0.7, "error", unit="ΔE00")]

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from curves import Row, program, seconds, sized, times_faster
+from curves import Row, program, row, seconds, sized, times_faster
 from moderngl import Context, Texture
 from numpy.typing import NDArray
 from promises import Promise, worst
@@ -105,15 +105,7 @@ def pass_rows(surface: Surface, model: DisplayModel, picture: Floats) -> list[Ro
             slower = times_faster(lambda: once(passes["rounded", 8]), lambda made=colour_pass: once(made), rounds=25)
             note += f"; {slower:.2f} × the pass rounded to 8 bits"
         taken = seconds(lambda colour_pass=colour_pass: once(colour_pass))
-        rows.append(
-            {
-                "series": "colour pass",
-                "parameter": f"{name}, {depth} bits",
-                "seconds": taken,
-                "error": bias,
-                "note": note,
-            }
-        )
+        rows.append(row("colour pass", f"{name}, {depth} bits", taken, bias, note=note))
     return rows
 
 
@@ -128,7 +120,7 @@ def run() -> dict[str, object]:
         bias, difference = errors(model, dither)
         taken = seconds(lambda dither=dither: dither(picture, thresholds), repeats=3)
         note = f"ΔE00 of the mean at most {difference:.2g}"
-        rows.append({"series": series, "parameter": parameter, "seconds": taken, "error": bias, "note": note})
+        rows.append(row(series, parameter, taken, bias, note=note))
     with open_surface("egl", (SIZE_PX, SIZE_PX)) as surface:
         rows += pass_rows(surface, model, picture)
     means = [

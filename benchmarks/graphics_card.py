@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from colour_pass import GAMMA, SIZE_PX, in_turn, model, test_picture
-from curves import program
+from curves import program, row
 from promises import Promise
 
 from analysis.records import SurfaceFacts
@@ -89,10 +89,7 @@ def run() -> dict[str, Any]:
     driver = f"{facts.renderer}, {facts.gl_version}"
     kind = "software OpenGL" if is_software(facts) else "a graphics card"
     size = f"{SIZE_PX[0]} × {SIZE_PX[1]} pixels"
-    rows = [
-        {"series": name, "parameter": size, "seconds": time_ms / 1000.0, "error": None, "note": f"{kind}: {driver}"}
-        for name, time_ms in times.items()
-    ]
+    rows = [row(name, size, time_ms / 1000.0, note=f"{kind}: {driver}") for name, time_ms in times.items()]
     promises = []
     for name, time_ms in times.items():
         goal_ms = FRAME_120_HZ_MS if name.startswith(("steady", "switch")) else None

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import numbers, program, seconds, sized
+from curves import numbers, program, row, seconds, sized
 from promises import Promise, worst
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays, split_groups, without_groups
@@ -120,7 +120,7 @@ def _shares(observers: int, spread: tuple[float, float], studies: int) -> Iterat
 
 
 def _row(series: str, parameter: str, time: float, error: float, note: str = "") -> Row:
-    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
+    return row(series, parameter, time, error, note=note)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import numbers, program, seconds, sized
+from curves import numbers, program, row, seconds, sized
 from promises import Promise, worst
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays
@@ -274,7 +274,7 @@ def _large() -> Row:
 
 
 def _row(series: str, parameter: str, time_s: float | None, error: float | None, note: str = "") -> Row:
-    return {"series": series, "parameter": parameter, "seconds": time_s, "error": error, "note": note}
+    return row(series, parameter, time_s, error, note=note)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import in_two_processes, numbers, program, seconds, sized
+from curves import in_two_processes, numbers, program, row, seconds, sized
 from promises import Promise
 from simulated_studies import Coverage, Decisions, Design, coverage, decisions
 
@@ -191,24 +191,24 @@ def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
     true_ones = f", {100 * found.separated:.1f} % of true ones come out, by signs {100 * found.direct:.1f} %"
     true_ones = "" if none_true else true_ones
     scores = "" if np.isnan(found.log10_scores) else f", {100 * found.log10_scores:.1f} % of log scores"
-    return {
-        "series": f"classes, holm, {kind}",
-        "parameter": name,
-        "seconds": None,
-        "error": abs(found.differences - 0.95),
-        "note": f"{studies} studies: {100 * found.false_difference:.1f} ± {100 * found.standard_error:.1f} % report a "
+    return row(
+        f"classes, holm, {kind}",
+        name,
+        None,
+        abs(found.differences - 0.95),
+        note=f"{studies} studies: {100 * found.false_difference:.1f} ± {100 * found.standard_error:.1f} % report a "
         f"false difference{true_ones}; 95 % intervals contain "
         f"{100 * found.differences:.1f} % of differences ({100 * found.too_far:.1f} % lie farther from 0, "
         f"{100 * found.too_near:.1f} % nearer)" + scores,
-        "studies": studies,
-        "false_difference": found.false_difference,
-        "separated": None if none_true else found.separated,
-        "direct": None if none_true else found.direct,
-        "too_far": found.too_far,
-        "too_near": found.too_near,
-        "covered": found.differences,
-        "covered_log10_scores": found.log10_scores if scores else None,
-    }
+        studies=studies,
+        false_difference=found.false_difference,
+        separated=None if none_true else found.separated,
+        direct=None if none_true else found.direct,
+        too_far=found.too_far,
+        too_near=found.too_near,
+        covered=found.differences,
+        covered_log10_scores=found.log10_scores if scores else None,
+    )
 
 
 def _times() -> dict[str, float]:
@@ -224,14 +224,14 @@ def _covered(name: str, each: list[Coverage], times: dict[str, float]) -> Iterat
     for found in each:
         note = f"{100 * found.covered:.1f} ± {100 * found.standard_error:.1f} % hold the truth, worst value"
         note += f" {100 * found.worst:.1f} %, {100 * found.too_high:.1f} % above, {100 * found.too_low:.1f} % below"
-        yield {
-            "series": f"{found.kind}, {found.quantity}",
-            "parameter": name,
-            "seconds": times[found.kind],
-            "error": abs(found.covered - 0.95),
-            "note": f"{note}; median width {found.width:.3g}",
-            "covered": found.covered,
-        }
+        yield row(
+            f"{found.kind}, {found.quantity}",
+            name,
+            times[found.kind],
+            abs(found.covered - 0.95),
+            note=f"{note}; median width {found.width:.3g}",
+            covered=found.covered,
+        )
 
 
 if __name__ == "__main__":

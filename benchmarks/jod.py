@@ -22,7 +22,7 @@ from documents.arrays import Floats
 from extensions.inference import fit_jod, scale_jod
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import numbers, program, sized
+from curves import numbers, program, row, sized
 from promises import Promise, worst
 
 Row = dict[str, object]
@@ -56,8 +56,8 @@ def _speed(n: int) -> list[Row]:
     note = f"{slow / seconds:.0f} times faster; {ours.iterations.mean():.0f} steps"
     name = f"{n} items, one draw"
     return [
-        {"series": "maximise", "parameter": name, "seconds": seconds, "error": error, "note": note},
-        {"series": "SciPy's BFGS", "parameter": name, "seconds": slow, "error": error, "note": ""},
+        row("maximise", name, seconds, error, note=note),
+        row("SciPy's BFGS", name, slow, error, note=""),
     ]
 
 
@@ -97,15 +97,7 @@ def _coverage(observers: int, studies: int) -> list[Row]:
             note += f", {int(studies - times)} of {studies} studies without a finite fit"
             name = f"{observers} observers, sd {sd:g}"
             error = abs(share - 0.95)
-            rows.append(
-                {
-                    "series": series,
-                    "parameter": name,
-                    "seconds": seconds[place] / studies,
-                    "error": error,
-                    "note": note,
-                }
-            )
+            rows.append(row(series, name, seconds[place] / studies, error, note=note))
     return rows
 
 

@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import Row, program, sized
+from curves import Row, program, row, sized
 from promises import Promise
 
 import cyclopean
@@ -220,7 +220,7 @@ def run() -> dict[str, object]:
                 words = ["report", "results"]
             taken, peak_mb = measured(words, folder, program_text)
         note = f"{taken:.1f} s of a processor" + ("" if peak_mb is None else f", {peak_mb:.0f} MB")
-        rows.append({"series": name, "parameter": "whole process", "seconds": taken, "error": None, "note": note})
+        rows.append(row(name, "whole process", taken, note=note))
         why = "" if peak_mb is not None else "this system does not say"
         promises.append(Promise(f"{name}, processor", taken, most_s, "seconds", unit="s"))
         promises.append(Promise(f"{name}, memory", peak_mb, most_mb, "share", unit="MB", missing=why))
@@ -229,13 +229,13 @@ def run() -> dict[str, object]:
         start = process_time()
         comparisons(frame)
         taken, what = process_time() - start, f"reading a DataFrame of 1,000,000 {name}"
-        rows.append({"series": what, "parameter": "reading", "seconds": taken, "error": None, "note": ""})
+        rows.append(row(what, "reading", taken, note=""))
         promises.append(Promise(what, taken, MOST_READING_S, "seconds", unit="s"))
     for items in sized((300, 1000), (30,)):
         found = beside_fit(sized(200_000, 2000), items, sized(1000, 20))
         both, name = found["reading"] + found["fit"], f"scores of {items} items, 200,000 answers of 1,000 observers"
         note = ", ".join(f"{what} {taken * 1e3:.0f} ms" for what, taken in found.items())
-        rows.append({"series": name, "parameter": "scores", "seconds": found["scores"], "error": None, "note": note})
+        rows.append(row(name, "scores", found["scores"], note=note))
         beside = f"{name}, beside reading them and fit_model"
         promises.append(Promise(beside, found["scores"] / both, MOST_BESIDE_FIT, "ratio", unit="×"))
         promises.append(Promise(f"{beside}, with the table", found["table"] / both, None, "ratio", unit="×"))

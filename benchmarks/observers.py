@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import program, seconds, sized
+from curves import program, row, seconds, sized
 from promises import Promise, worst
 
 from analysis.bootstrap.fits import fit_each
@@ -136,7 +136,7 @@ def _left_out() -> Iterator[Row]:
 
 
 def _row(series: str, parameter: str, time: float, error: float, note: str = "") -> Row:
-    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
+    return row(series, parameter, time, error, note=note)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from time import perf_counter
 
 import moderngl
 import numpy as np
-from curves import program, sized
+from curves import program, row, sized
 from numpy.typing import NDArray
 from promises import Promise
 
@@ -223,13 +223,13 @@ def measured(surface: Surface, rounds: int = sized(5, 1)) -> list[dict[str, obje
     times = [median(taken) for taken in zip(*(_round(work) for _ in range(rounds)), strict=True)]
     surface.target(Buffer.BACK)
     return [
-        {
-            "series": "one table, no drift" if way is None else way.series,
-            "parameter": "1024 entries" if way is None else way.parameter or "curves as fitted",
-            "seconds": time_s,
-            "error": error,
-            "note": f"{time_s / times[0]:.1f} × the one-table pass" + (_shipped(model, way)),
-        }
+        row(
+            "one table, no drift" if way is None else way.series,
+            "1024 entries" if way is None else way.parameter or "curves as fitted",
+            time_s,
+            error,
+            note=f"{time_s / times[0]:.1f} × the one-table pass" + (_shipped(model, way)),
+        )
         for way, time_s, error in zip(every, times, errors, strict=True)
     ]
 

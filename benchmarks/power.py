@@ -24,7 +24,7 @@ import numpy as np
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import program, seconds, sized, times_faster
+from curves import program, row, seconds, sized, times_faster
 from promises import Promise, worst
 from simulated_studies import Design
 
@@ -236,7 +236,7 @@ def _error(estimate: Floats, truth: Floats) -> float:
 
 
 def _row(series: str, parameter: str, time: float, error: float | None, note: str = "") -> Row:
-    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
+    return row(series, parameter, time, error, note=note)
 
 
 if __name__ == "__main__":

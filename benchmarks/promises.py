@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 Kind = Literal["count", "error", "share", "ratio", "seconds"]
 Direction = Literal["at most", "at least", "exactly"]
-State = Literal["kept", "NOT KEPT", "missed", "not judged", "not measured", "followed"]
+State = Literal["kept", "NOT KEPT", "not judged", "not measured", "followed"]
 
 EXACT: tuple[Kind, ...] = ("count", "error")
 """What has the same figure on every machine and at every time, so that a small run may judge it too."""
@@ -33,7 +33,7 @@ class Promise:
     kind
         ``count``: work, equal in every run. ``error``: how far a result is off. ``share``: of simulated studies, which
         needs many of them. ``ratio``: of two times taken in the same run, in turn. ``seconds``: an absolute time, which
-        depends on the machine: it is stated, and decides nothing.
+        depends on the machine: it is followed, and its limit is a goal that decides nothing.
     direction
         On which side of ``limit`` the figure must be; of a ratio or a count without a limit, which side is good.
     unit
@@ -67,13 +67,11 @@ class Promise:
         """Return what the page says; a quick run judges only what is exact (`EXACT`)."""
         if self.figure is None:
             return "not measured"
-        if self.kept is None:
+        if self.kept is None or self.kind == "seconds":
             return "followed"
         if quick and self.kind not in EXACT:
             return "not judged"
-        if self.kept:
-            return "kept"
-        return "missed" if self.kind == "seconds" else "NOT KEPT"
+        return "kept" if self.kept else "NOT KEPT"
 
     def to_json(self, *, quick: bool = False) -> dict[str, Any]:
         """Return plain values; a figure that is no finite number becomes text."""
@@ -100,7 +98,8 @@ class Promise:
         """Return the limit with its direction and unit."""
         if self.limit is None:
             return "–" if self.kind in ("seconds", "share") else "as in the last release"
-        return f"{self.direction} {_number(self.limit, self.unit)}"
+        direction = "goal:" if self.kind == "seconds" else self.direction
+        return f"{direction} {_number(self.limit, self.unit)}"
 
 
 def worst(rows: Iterable[Mapping[str, Any]], key: str = "error", **has: str) -> float:

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from curves import is_quick, program, seconds, sized
+from curves import is_quick, program, row, seconds, sized
 from promises import Promise
 
 from analysis.records import read_results
@@ -29,7 +29,7 @@ def run() -> dict[str, object]:
             simulate(EXPERIMENT, OBSERVERS, number, results=place / "results")
             sessions = read_results(place / "results")
             page = seconds(lambda to=place, sessions=sessions: write_report(sessions, to / "report.html"))
-            rows.append({"series": "page", "parameter": f"{number} observers", "seconds": page, "error": None})
+            rows.append(row("page", f"{number} observers", page))
             rows += _conclusions(describe(sessions), page, f"{number} observers")
             if is_quick():
                 continue
@@ -38,8 +38,8 @@ def run() -> dict[str, object]:
                     sessions, to / "report.html", figure_folder=to / "figures", replace=True
                 )
             )
-        row = {"series": "page and --figures", "parameter": f"{number} observers", "seconds": figures, "error": None}
-        rows.append(row)
+        line = row("page and --figures", f"{number} observers", figures)
+        rows.append(line)
         rows[-1]["note"] = f"{number} observers: {page:.2f} s, with figures {figures / page:.2f} × that"
     promise = Promise(f"a report on {NUMBERS[-1]} observers", page, 2.0, "seconds", unit="s")
     return {"title": "Report", "rows": rows, "promises": [promise]}
@@ -57,7 +57,7 @@ def _conclusions(report: Report, page: float, of: str) -> list[dict[str, object]
     for name, work in works.items():
         taken = seconds(work)
         note = f"{100 * taken / page:.0f} % of the page's time"
-        rows.append({"series": name, "parameter": of, "seconds": taken, "error": None, "note": note})
+        rows.append(row(name, of, taken, note=note))
     return rows
 
 

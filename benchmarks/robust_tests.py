@@ -22,7 +22,7 @@ from scipy.special import chdtrc, expit, xlogy
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import numbers, program, seconds, sized
+from curves import numbers, program, row, seconds, sized
 from promises import Promise
 
 from analysis.scaling.robust_tests import from_products
@@ -185,15 +185,15 @@ def _rows(name: str, test: Test, observers: int, studies: int) -> Iterator[Row]:
             for size in (0.0, np.sqrt(15 / observers))
         )
         for kind, wrong, right in zip(names or ["likelihood ratio", "by observers"], false, found, strict=True):
-            yield {
-                "series": kind,
-                "parameter": f"{name}, {observers} observers, {world}",
-                "seconds": time if kind == "by observers" else None,
-                "error": abs(float(wrong) - 0.05),
-                "note": f"{100 * wrong:.1f} % false, {100 * right:.1f} % of planted effects found in {studies} studies",
-                "false": float(wrong),
-                "found": float(right),
-            }
+            yield row(
+                kind,
+                f"{name}, {observers} observers, {world}",
+                time if kind == "by observers" else None,
+                abs(float(wrong) - 0.05),
+                note=f"{100 * wrong:.1f} % false, {100 * right:.1f} % of planted effects found in {studies} studies",
+                false=float(wrong),
+                found=float(right),
+            )
 
 
 if __name__ == "__main__":

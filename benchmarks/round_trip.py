@@ -21,7 +21,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from curves import Row, program, sized
+from curves import Row, program, row, sized
 from numpy.typing import NDArray
 from promises import Promise, worst
 
@@ -124,13 +124,7 @@ def measure(mode: Mode, models: EyeModels, way: Way) -> dict[str, Any]:
         if why is None and surface.bits != way.bits:
             why = f"the driver gives {surface.bits} bits"
         if why is not None:
-            return {
-                "series": way.name,
-                "parameter": mode.name,
-                "seconds": None,
-                "error": None,
-                "note": f"left out: {why}",
-            }
+            return row(way.name, mode.name, None, note=f"left out: {why}")
         areas = mode.areas(SIZE_PX)
         left = colours(models, areas[0], 7, patches=way.dithered)
         alike = mode.mixture(models) is None and len(areas) == 1
@@ -154,15 +148,7 @@ def measure(mode: Mode, models: EyeModels, way: Way) -> dict[str, Any]:
     targets = {"mean": way.most_mean, "p95": way.most_p95, "max": way.most_max}
     promised = {name: most for name, most in targets.items() if most is not None}
     note = f"95 % within {found['p95']:.2g}, largest {found['max']:.2g}"
-    return {
-        "series": way.name,
-        "parameter": mode.name,
-        "seconds": median(times[1:]),
-        "error": found["mean"],
-        "note": note,
-        "delta_e_00": found,
-        "promised": promised,
-    }
+    return row(way.name, mode.name, median(times[1:]), found["mean"], note=note, delta_e_00=found, promised=promised)
 
 
 def own_codes(mode: Mode) -> Row:
@@ -196,8 +182,8 @@ def _promises(rows: list[dict[str, Any]]) -> list[Promise]:
     words = {"mean": "mean ΔE00", "p95": "95th percentile of ΔE00", "max": "largest ΔE00"}
     for way in WAYS:
         shown = [row for row in rows if row["series"] == way.name and row["seconds"] is not None]
-        for row in shown[:1]:
-            for key, most in row["promised"].items():
+        for first in shown[:1]:
+            for key, most in first["promised"].items():
                 figure = max(float(one["delta_e_00"][key]) for one in shown)
                 promises.append(Promise(f"{way.name}: {words[key]}, worst mode", figure, most, "error"))
     return promises

@@ -87,7 +87,6 @@ def page(all_ran: Sequence[Ran], fallen: Sequence[tuple[str, str]], where: str, 
     for ran in all_ran:
         if ran.failed:
             lines += ["", f"**{ran.script} failed.**", "", *(f"    {line}" for line in ran.failed.splitlines())]
-    lines += ["", "*missed*: an absolute time above its goal, which depends on the machine and decides nothing."]
     times = sorted(all_ran, key=lambda ran: -ran.taken_s)
     lines += ["", f"{sum(ran.taken_s for ran in all_ran) / 60:.1f} minutes in all, the longest: "]
     lines[-1] += ", ".join(f"{ran.script} {ran.taken_s:.0f} s" for ran in times[:8]) + "."

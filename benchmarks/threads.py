@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from curves import Row, program, seconds, sized, times_faster
+from curves import Row, program, row, seconds, sized, times_faster
 from numpy.typing import NDArray
 from promises import Promise, worst
 
@@ -36,7 +36,7 @@ def run() -> dict[str, object]:
         for threads, limited in ((1, alone), (2, shared)):
             note = f"{ratio:.2f} × as fast as with one" if threads == 2 else ""
             taken = seconds(limited, repeats=3)
-            rows.append({"series": name, "parameter": threads, "seconds": taken, "error": error, "note": note})
+            rows.append(row(name, threads, taken, error, note=note))
     promises = [Promise("largest difference between one thread and two", worst(rows), 0.0, "error", "exactly")]
     return {"title": "Work over pixels by one thread and by two", "rows": rows, "promises": promises}
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from curves import program, seconds, sized
+from curves import program, row, seconds, sized
 from numpy.typing import NDArray
 from promises import Promise, times_as_fast, worst
 
@@ -108,22 +108,17 @@ def run() -> dict[str, object]:
     right = np.clip(SHAPE.probability(X, *(quest.grid[:, [n]] for n in range(4))), 1e-12, 1 - 1e-12)
     error = float(np.abs(quest.information() - plain_information(quest, right)).max())
     rows: list[dict[str, object]] = [
-        {"series": "one choice, ours", "parameter": "820 × 41", "seconds": seconds(quest.next_level), "error": error},
-        {
-            "series": "one choice, plain entropy",
-            "parameter": "820 × 41",
-            "seconds": seconds(lambda: plain_information(quest, right)),
-            "error": 1e-16,
-        },
+        row("one choice, ours", "820 × 41", seconds(quest.next_level), error),
+        row("one choice, plain entropy", "820 × 41", seconds(lambda: plain_information(quest, right)), 1e-16),
     ]
     peer = _peer()
     if peer is not None:
-        rows.append({"series": "one choice, questplus", "parameter": "820 × 41", "seconds": peer, "error": 1e-16})
+        rows.append(row("one choice, questplus", "820 × 41", peer, 1e-16))
     slowest = 0.0
     for words, guess in (("forced choice, 2196", 0.5), ("yes or no, 4941", None)):
         taken = block_choice_s(guess)
         slowest = max(slowest, taken)
-        rows.append({"series": "a trial of a block", "parameter": f"{words} × 41", "seconds": taken, "error": None})
+        rows.append(row("a trial of a block", f"{words} × 41", taken))
     methods: dict[str, Callable[[], LevelChooser]] = {
         "QUEST+": lambda: QuestPlus.standard(X),
         "staircase": lambda: Staircase(41, 35),
@@ -136,9 +131,7 @@ def run() -> dict[str, object]:
                 lambda make=make, trials=trials: simulate(make(), trials, lambda level: level > 20), repeats=3
             )
             note = f"bias {errors.mean():+.3f}, {len(errors)} of {OBSERVERS} with a threshold"
-            rows.append(
-                {"series": name, "parameter": f"{trials} trials", "seconds": time_s, "error": rms, "note": note}
-            )
+            rows.append(row(name, f"{trials} trials", time_s, rms, note=note))
     farthest = 0.0
     for function, slope, guess in (
         ("weibull", 3.5, 0.5),
@@ -150,7 +143,7 @@ def run() -> dict[str, object]:
         farthest = max(farthest, abs(median))
         task = "yes or no" if guess is None else "forced choice"
         for series, bias in (("bias of the median", median), ("bias of the mean", mean)):
-            rows.append({"series": series, "parameter": f"{function}, {task}", "seconds": None, "error": abs(bias)})
+            rows.append(row(series, f"{function}, {task}", None, abs(bias)))
     choice_ms = 1000 * float(str(rows[0]["seconds"]))
     promises = [
         Promise(

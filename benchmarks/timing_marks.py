@@ -20,7 +20,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from curves import program, sized
+from curves import program, row, sized
 from promises import Promise
 from session import EXPERIMENT, make, own_cache
 
@@ -89,16 +89,8 @@ def run() -> dict[str, Any]:
     rows: list[dict[str, Any]] = []
     lost = 0
 
-    def row(series: str, what: str, seconds: Delays) -> None:
-        rows.append(
-            {
-                "series": series,
-                "parameter": what,
-                "seconds": median(seconds),
-                "error": None,
-                "note": f"worst of {len(seconds)}: {1000 * max(seconds):.3g} ms",
-            }
-        )
+    def add(series: str, what: str, seconds: Delays) -> None:
+        rows.append(row(series, what, median(seconds), note=f"worst of {len(seconds)}: {1000 * max(seconds):.3g} ms"))
 
     kinds: list[tuple[str, MarksSpec]] = [
         ("serial port, by a pseudo-terminal", SerialMarksSpec(kind="serial", port="x"))
@@ -116,17 +108,17 @@ def run() -> dict[str, Any]:
 
             sent, received, missing = delays(send, loopback.receive, idle)
             lost += missing
-            row(name, "sent by the session itself", sent)
-            row(name, "received", received)
+            add(name, "sent by the session itself", sent)
+            add(name, "received", received)
             for what, meanwhile in (("nothing else to do", idle), ("the session prepares pictures", busy)):
                 with from_a_thread(send) as (hand_over, done):
                     *_, missing = delays(hand_over, loopback.receive, meanwhile)
                 lost += missing
-                row(name, f"sent by a thread, {what}", done)
+                add(name, f"sent by a thread, {what}", done)
     marks = session_marks()
     lost += sum("failed" in mark for mark in marks)
     onsets = [mark["after_ms"] / 1000.0 for mark in marks if mark["mark"] == "onset" and "after_ms" in mark]
-    row("a session, its own record", "onsets, after the swap", onsets)
+    add("a session, its own record", "onsets, after the swap", onsets)
     return {"title": "Timing marks after the swap", "rows": rows, "lost": lost}
 
 

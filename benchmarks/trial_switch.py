@@ -1,7 +1,8 @@
 """Switching pictures and redrawing them in a real window, beside PsychoPy's ImageStim: same pictures, screen and GL.
 
-PsychoPy runs in an environment of its own (`make bench-psychopy` makes it in .venv-psychopy); without it its rows are
-left out with a note. Times are whole frames: draw, swap, finish.
+PsychoPy runs in an environment of its own (`make bench` makes it in .venv-psychopy); without it its rows are left out
+with a note. Times are whole frames: draw, swap, finish. A switch cannot take less than a frame that changes nothing, so
+that is what it is promised beside; how it stands to PsychoPy's is followed.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from statistics import median
 from time import perf_counter
 
 import numpy as np
-from curves import program, sized
+from curves import program, row, sized
 from promises import Promise
 
 ROOT = Path(__file__).parents[1]
@@ -41,15 +42,16 @@ def run() -> dict[str, object]:
 
 
 def _promises(ours: dict[str, list[float]], theirs: dict[str, list[float]] | None) -> list[Promise]:
-    promises = []
-    for name, key, own, least in (
-        ("a switch beside PsychoPy's preloaded stimuli", "prefetched", "prefetched", 4.0),
-        ("a switch beside PsychoPy's ImageStim with a new picture set", "set_image", "prefetched", 8.0),
-        ("a steady frame beside PsychoPy's", "steady", "steady", None),
+    switch = median(ours["prefetched"]) / median(ours["steady"])
+    promises = [Promise("a switch beside a steady frame", switch, 1.2, "ratio", unit="×")]
+    for name, key, own in (
+        ("a switch beside PsychoPy's preloaded stimuli", "prefetched", "prefetched"),
+        ("a switch beside PsychoPy's ImageStim with a new picture set", "set_image", "prefetched"),
+        ("a steady frame beside PsychoPy's", "steady", "steady"),
     ):
         ratio = median(theirs[key]) / median(ours[own]) if theirs else None
-        why = "" if theirs else "PsychoPy is not installed: make bench-psychopy"
-        promises.append(Promise(name, ratio, least, "ratio", "at least", "×", missing=why))
+        why = "" if theirs else "PsychoPy cannot be installed here"
+        promises.append(Promise(name, ratio, None, "ratio", "at least", "×", missing=why))
     return promises
 
 
@@ -59,10 +61,7 @@ def _rows(series: str, times: dict[str, list[float]]) -> list[dict[str, object]]
         "prefetched": "switch, pictures prefetched",
         "set_image": "switch, a new picture set from its file",
     }
-    return [
-        {"series": series, "parameter": names[key], "seconds": median(values), "error": None}
-        for key, values in times.items()
-    ]
+    return [row(series, names[key], median(values)) for key, values in times.items()]
 
 
 def _measure(command: list[str]) -> dict[str, list[float]]:

@@ -6,7 +6,7 @@ Errors are the mean ΔE00 between 24 colours asked and a simulated reading of wh
 from __future__ import annotations
 
 import numpy as np
-from curves import program, seconds, sized
+from curves import program, row, seconds, sized
 from promises import Promise, worst
 
 from devices.colour.ciede2000 import delta_e_2000
@@ -70,9 +70,7 @@ def run() -> dict[str, object]:
                 )
             error = float(delta_e_2000(xyz_to_lab(wanted, white), xyz_to_lab(light, white)).mean())
             note = "a patch shown and read; mean ΔE00 of 24 colours"
-            rows.append(
-                {"series": series, "parameter": "row-interleaved", "seconds": taken, "error": error, "note": note}
-            )
+            rows.append(row(series, "row-interleaved", taken, error, note=note))
     through = worst(rows, series="through the pass")
     promise = Promise("mean ΔE00 of 24 colours through the session's pass", through, 0.3, "error", unit="ΔE00")
     return {

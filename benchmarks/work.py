@@ -17,7 +17,7 @@ from pathlib import Path
 from time import monotonic, perf_counter, sleep
 
 import numpy as np
-from curves import Row, program, sized
+from curves import Row, program, row, sized
 from promises import Promise
 
 from devices.display.display_file import read_display
@@ -61,7 +61,7 @@ def session_row() -> tuple[Row, list[Promise]]:
         taken = perf_counter() - began
         work = presenter.counters
     note = f"{work.uploads} uploads, {work.colour_passes} colour passes, {work.frames_drawn} draws"
-    row = {"series": "session", "parameter": "45 pairs of ten", "seconds": taken, "error": None, "note": note}
+    line = row("session", "45 pairs of ten", taken, note=note)
     promises = [
         Promise(
             "uploads for 45 pairs of five stereo and five flat pictures", work.uploads, UPLOADS, "count", "exactly"
@@ -69,7 +69,7 @@ def session_row() -> tuple[Row, list[Promise]]:
         Promise("colour passes for them", work.colour_passes, PASSES, "count", "exactly"),
         Promise("draws for them", work.frames_drawn, len(pairs), "count", "exactly"),
     ]
-    return row, promises
+    return line, promises
 
 
 def idle_row() -> tuple[Row, Promise]:
@@ -78,8 +78,8 @@ def idle_row() -> tuple[Row, Promise]:
     name, unit = "a core's time while nobody presses a key", "%"
     if missing:
         why = f"{' and '.join(missing)} not installed"
-        row: Row = {"series": "idle wait", "parameter": "window", "seconds": None, "error": None, "note": why}
-        return row, Promise(name, None, MOST_IDLE_PERCENT, "share", unit=unit, missing=why)
+        line: Row = row("idle wait", "window", None, note=why)
+        return line, Promise(name, None, MOST_IDLE_PERCENT, "share", unit=unit, missing=why)
     screen = ["xvfb-run", "-a", "-s", f"-screen 0 {SIZE_PX[0]}x{SIZE_PX[1]}x24"]
     told = subprocess.run(
         [*screen, sys.executable, __file__, "--wait", *sized([], ["--quick"])],
@@ -91,8 +91,8 @@ def idle_row() -> tuple[Row, Promise]:
     found = json.loads(told.stdout.strip().splitlines()[-1])
     percent = 100 * found["busy_s"] / found["waited_s"]
     note = f"{percent:.2f} % of one core over {found['waited_s']:.1f} s"
-    row = {"series": "idle wait", "parameter": "window", "seconds": found["busy_s"], "error": None, "note": note}
-    return row, Promise(name, percent, MOST_IDLE_PERCENT, "share", unit=unit)
+    line = row("idle wait", "window", found["busy_s"], note=note)
+    return line, Promise(name, percent, MOST_IDLE_PERCENT, "share", unit=unit)
 
 
 def wait() -> None:

@@ -22,8 +22,8 @@ LEAST_WHITE_CD_M2 = 0.01
 LEAST_CONTRAST = 1.5
 """White to black. A projector in a lit room has 2 and more; an instrument that does not see the patch has 1."""
 MOST_CHANGE = 0.2
-"""Of white, from one repeat to the next. A display that warms up from cold changes by 10 % in two minutes, and
-benchmarks/drift.py takes off 13 % in a whole measurement; a nap, a dimmed backlight or a moved lens change more."""
+"""Of white, from one repeat to the next. A display that warms up changes by 10 % in two minutes, and
+benchmarks/display_fits.py takes off 13 % in a measurement; a nap, a dimmed backlight or a moved lens change more."""
 MOST_NEGATIVE = 0.01
 """Of white, as `display fit` has it: noise around no light. Never less than `NOISE_CD_M2`."""
 NOISE_CD_M2 = 0.03

@@ -47,8 +47,9 @@ def test_times_are_compared_where_both_have_the_parameter_and_the_least_counts()
 
 
 def test_absolute_times_decide_nothing_and_a_quick_run_judges_what_is_exact() -> None:
-    assert Promise("a", 9.0, 2.0, "seconds").state() == "missed"
-    for kind in ("ratio", "share", "seconds"):
+    assert Promise("a", 9.0, 2.0, "seconds").state() == "followed"
+    assert Promise("a", 9.0, 2.0, "seconds").promised() == "goal: 2"
+    for kind in ("ratio", "share"):
         assert Promise("a", 9.0, 2.0, kind).state(quick=True) == "not judged"
     for kind in ("count", "error"):
         assert Promise("a", 9.0, 2.0, kind).state(quick=True) == "NOT KEPT"
