@@ -33,7 +33,7 @@ def run() -> dict[str, object]:
         matches = _matches(within, between)
         truth = _adaptive(matches, within, between)
         plain_s = seconds(partial(_adaptive, matches, within, between), repeats=3)
-        rows.append(_row(f"adaptive quadrature, {name}", "1e-13", plain_s, None, "the reference of the others"))
+        rows.append(row(f"adaptive quadrature, {name}", "1e-13", plain_s, None, "the reference of the others"))
         for count in (11, 21, 41, 81, 121, NODES):
             rule = _trapezoid(matches, count)
             rows.append(_measured(f"trapezoid, {name}", count, rule, (within, between), truth))
@@ -69,7 +69,7 @@ def _intervals(observers: int, series: int, share: float) -> list[dict[str, obje
         taken_s = (perf_counter() - start) / size[2]
         covered = float(np.mean([one.low <= truth <= one.high for one in found]))
         name = f"{way}, chosen in {share:.0%}, {observers} observers of {series} choices"
-        rows.append(_row(name, "one score", taken_s, abs(covered - 0.95), f"coverage {covered:.1%}"))
+        rows.append(row(name, "one score", taken_s, abs(covered - 0.95), f"coverage {covered:.1%}"))
     return rows
 
 
@@ -111,11 +111,7 @@ def _hermite(matches: Matches, count: int) -> Matches:
 def _measured(series: str, count: int, rule: Matches, spread: tuple[float, float], truth: float) -> dict[str, object]:
     centre = float(np.log(2.2))
     taken_s = seconds(lambda: rule.log_likelihood(centre, *spread))
-    return _row(series, f"{count} nodes", taken_s, abs(rule.log_likelihood(centre, *spread) / truth - 1), "")
-
-
-def _row(series: str, parameter: str, taken_s: float, error: float | None, note: str) -> dict[str, object]:
-    return row(series, parameter, taken_s, error, note=note)
+    return row(series, f"{count} nodes", taken_s, abs(rule.log_likelihood(centre, *spread) / truth - 1), "")
 
 
 if __name__ == "__main__":

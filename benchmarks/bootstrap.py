@@ -65,7 +65,7 @@ def _ours(counts: Floats) -> Iterator[Row]:
         for replicates in sized((100, 300, 1000, 3000, 10_000), (40,)):
             found = [_ends(_drawn(counts, replicates, seed), kind) for seed in range(sized(5, 1))]
             time = seconds(lambda r=replicates, k=kind: _ends(_drawn(counts, r, 0), k), repeats=3)
-            yield _row(kind, f"{replicates} draws", time, _error(found, truth))
+            yield row(kind, f"{replicates} draws", time, _error(found, truth))
 
 
 def _scipy(counts: Floats) -> Iterator[Row]:
@@ -83,7 +83,7 @@ def _scipy(counts: Floats) -> Iterator[Row]:
     for replicates in sized((100, 1000), (40,)):
         time = seconds(lambda r=replicates: ends(r, 0), repeats=1, at_least_s=0)
         found = [ends(replicates, seed) for seed in range(5 if 40 < replicates < 1000 else 1)]
-        yield _row("scipy.stats.bootstrap, bca", f"{replicates} draws", time, _error(found, truth), "the same fit")
+        yield row("scipy.stats.bootstrap, bca", f"{replicates} draws", time, _error(found, truth), "the same fit")
 
 
 def _stability(counts: Floats) -> Iterator[Row]:
@@ -93,14 +93,14 @@ def _stability(counts: Floats) -> Iterator[Row]:
     for adjust in ADJUSTMENTS:
         repeats = 1 if adjust == "maxz" else 3
         time = seconds(lambda adjust=adjust: class_stability(drawn, adjust=adjust), repeats=repeats, at_least_s=0)
-        yield _row("class stability", f"1000 draws, {adjust}", time, None, "draws not counted")
+        yield row("class stability", f"1000 draws, {adjust}", time, None, "draws not counted")
 
 
 def _large() -> Row:
     (counts,) = Design(np.random.default_rng(1).normal(0, 0.7, len(NAMES)), OBSERVERS).studies(1, 1)
     time = seconds(lambda: resample_counts(counts, NAMES, NAMES[:OBSERVERS]), repeats=1, at_least_s=0)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return _row(f"{len(NAMES)} items", "1000 draws", time, None, f"the process's peak memory {peak:.0f} MB")
+    return row(f"{len(NAMES)} items", "1000 draws", time, None, f"the process's peak memory {peak:.0f} MB")
 
 
 def _drawn(counts: Floats, replicates: int, seed: int) -> Replicates:
@@ -115,10 +115,6 @@ def _ends(drawn: Replicates, kind: Kind) -> Floats:
 def _error(found: list[Floats], truth: Floats) -> float:
     width = float((truth[1] - truth[0]).mean())
     return float(np.sqrt(np.mean([(ends - truth) ** 2 for ends in found]))) / width
-
-
-def _row(series: str, parameter: str, time: float, error: float | None, note: str = "") -> Row:
-    return row(series, parameter, time, error, note=note)
 
 
 if __name__ == "__main__":

@@ -105,14 +105,14 @@ def _single(case: str, wins: Floats) -> Iterator[Row]:
     for steps in range(1, 8):
         fitted = fit(wins, most_iterations=steps)
         time = seconds(lambda steps=steps: fit(wins, most_iterations=steps))
-        yield _row(f"{case}: Newton from the log odds", f"{steps} steps", time, _error(fitted.theta, truth), note)
+        yield row(f"{case}: Newton from the log odds", f"{steps} steps", time, _error(fitted.theta, truth), note)
         if fitted.converged:
             break
     time = seconds(lambda: fit(wins))
-    yield _row(f"{case}: Newton from plain sums", "converged", time, _error(fit(wins).theta, truth), note)
+    yield row(f"{case}: Newton from plain sums", "converged", time, _error(fit(wins).theta, truth), note)
     batch = wins[None]
     time = seconds(lambda: fit_batch(batch))
-    yield _row(f"{case}: Newton, θ alone", "converged", time, _error(fit_batch(batch).theta[0], truth))
+    yield row(f"{case}: Newton, θ alone", "converged", time, _error(fit_batch(batch).theta[0], truth))
     yield from _peers(case, wins, truth)
 
 
@@ -121,12 +121,12 @@ def _sparse() -> Iterator[Row]:
     truth = _reference(wins)
     counts = csr_array(wins)
     time = seconds(lambda: fit_sparse(counts))
-    yield _row(f"{case}: Newton, conjugate gradients", "converged", time, _error(fit_sparse(counts).theta, truth))
+    yield row(f"{case}: Newton, conjugate gradients", "converged", time, _error(fit_sparse(counts).theta, truth))
     dense = wins[None]
     time = seconds(lambda: fit_batch(dense), repeats=3)
-    yield _row(f"{case}: Newton, dense", "converged", time, _error(fit_batch(dense).theta[0], truth))
+    yield row(f"{case}: Newton, dense", "converged", time, _error(fit_batch(dense).theta[0], truth))
     time = seconds(lambda: fit(wins), repeats=3)
-    yield _row(f"{case}: Newton, with covariance", "converged", time, _error(fit(wins).theta, truth))
+    yield row(f"{case}: Newton, with covariance", "converged", time, _error(fit(wins).theta, truth))
     yield from _peers(case, wins, truth, repeats=3)
 
 
@@ -142,7 +142,7 @@ def _scores_command() -> Row:
         )
     used, megabytes = map(float, done.stderr.split()[-2:])
     note = f"with standard errors, classes and table; processor time; at most {megabytes:.0f} MB"
-    return _row("n = 2000, sparse: cyclopean scores", "whole command", used, None, note)
+    return row("n = 2000, sparse: cyclopean scores", "whole command", used, None, note)
 
 
 def _sparse_counts(n: int = ITEMS) -> Floats:
@@ -173,32 +173,32 @@ def _bootstraps() -> Iterator[Row]:
     note = f"{int((~sound).sum())} replicates separated, left out of the error"
     truth = np.array([_reference(replicate) for replicate in wins[sound]])
     time = seconds(lambda: fit_batch(wins))
-    yield _row(f"{case}: Newton, batched", "converged", time, _error(fit_batch(wins).theta[sound], truth), note)
+    yield row(f"{case}: Newton, batched", "converged", time, _error(fit_batch(wins).theta[sound], truth), note)
     slow = np.array([fit(replicate).theta for replicate in wins[sound]])
     time = seconds(lambda: [fit(replicate) for replicate in wins], repeats=1, at_least_s=0)
-    yield _row(f"{case}: Newton, one by one", "converged", time, _error(slow, truth), note)
+    yield row(f"{case}: Newton, one by one", "converged", time, _error(slow, truth), note)
     for name, solve in _solvers().items():
         for tolerance in BOOTSTRAP_TOLERANCES:
             prepared = [solve(replicate, tolerance) for replicate in wins[sound]]
             found = np.array([work() for work in prepared])
             time = seconds(lambda p=prepared: [work() for work in p], repeats=1, at_least_s=0)
-            yield _row(f"{case}: {name}", f"tolerance {tolerance:g}", time, _error(found, truth), note)
+            yield row(f"{case}: {name}", f"tolerance {tolerance:g}", time, _error(found, truth), note)
 
 
 def _peers(case: str, wins: Floats, truth: Floats, repeats: int = 5) -> Iterator[Row]:
     for name in ("choix ilsr", "evalica"):
         if name not in _solvers():
-            yield _row(f"{case}: {name}", "–", None, None, "not installed")
+            yield row(f"{case}: {name}", "–", None, None, "not installed")
     for name, solve in _solvers().items():
         for tolerance in TOLERANCES:
             work = solve(wins, tolerance)
             try:
                 found = work()
             except RuntimeError as error:
-                yield _row(f"{case}: {name}", f"tolerance {tolerance:g}", None, None, str(error))
+                yield row(f"{case}: {name}", f"tolerance {tolerance:g}", None, None, str(error))
                 continue
             time = seconds(work, repeats=repeats)
-            yield _row(f"{case}: {name}", f"tolerance {tolerance:g}", time, _error(found, truth))
+            yield row(f"{case}: {name}", f"tolerance {tolerance:g}", time, _error(found, truth))
 
 
 def _solvers() -> dict[str, Callable[[Floats, float], Callable[[], Floats]]]:
@@ -256,10 +256,6 @@ def _reference(wins: Floats) -> Floats:
 def _error(found: Floats, truth: Floats) -> float:
     centred = found - found.mean(axis=-1, keepdims=True)
     return float(np.abs(centred - truth).max())
-
-
-def _row(series: str, parameter: str, time: float | None, error: float | None, note: str = "") -> Row:
-    return row(series, parameter, time, error, note=note)
 
 
 def _ratios() -> dict[tuple[str, str], float]:

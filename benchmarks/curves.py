@@ -67,10 +67,10 @@ def program(name: str, *runs: Callable[[], Mapping[str, Any]]) -> None:
 
 
 def row(
-    series: str, parameter: object, taken_s: float | None, error: float | None = None, **more: object
+    series: str, parameter: object, taken_s: float | None, error: float | None = None, note: str = "", **more: object
 ) -> dict[str, Any]:
-    """Return a row: run time in seconds and error, None where there is none, and ``more``, such as a ``note``."""
-    return {"series": series, "parameter": str(parameter), "seconds": taken_s, "error": error, **more}
+    """Return a row: run time in seconds and error, None where there is none, a note, and what only the JSON has."""
+    return {"series": series, "parameter": str(parameter), "seconds": taken_s, "error": error, "note": note, **more}
 
 
 def promises_of(results: Sequence[Mapping[str, Any]]) -> list[Promise]:

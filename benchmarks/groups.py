@@ -100,8 +100,8 @@ def _times() -> Iterator[Row]:
     error = max(float(np.abs(scores.fit.theta - alone[name].fit.theta).max()) for name, scores in grouped.groups)
     case = f"{len(parts)} groups of 10 items, 30 observers"
     note = "with the pooled scale and the test of agreement"
-    yield _row(case, "score_groups", seconds(lambda: score_groups(comparisons)), error, note)
-    yield _row(case, "score of each group's table", seconds(lambda: [score(part) for part in parts.values()]), 0.0)
+    yield row(case, "score_groups", seconds(lambda: score_groups(comparisons)), error, note)
+    yield row(case, "score of each group's table", seconds(lambda: [score(part) for part in parts.values()]), 0.0)
 
 
 def _shares(observers: int, spread: tuple[float, float], studies: int) -> Iterator[Row]:
@@ -115,12 +115,8 @@ def _shares(observers: int, spread: tuple[float, float], studies: int) -> Iterat
     for place, name in enumerate(("by observer", "χ²")):
         false, true = shares[0][place], shares[1][place]
         case = f"{observers} observers, sd {spread[0]:g} over all groups, {spread[1]:g} within one"
-        yield _row(f"agreement {name}: false alarms", case, time, abs(float(false) - LEVEL), f"{false:.3f} at 0.05")
-        yield _row(f"agreement {name}: missed", case, time, 1 - float(true), f"power {true:.2f}")
-
-
-def _row(series: str, parameter: str, time: float, error: float, note: str = "") -> Row:
-    return row(series, parameter, time, error, note=note)
+        yield row(f"agreement {name}: false alarms", case, time, abs(float(false) - LEVEL), f"{false:.3f} at 0.05")
+        yield row(f"agreement {name}: missed", case, time, 1 - float(true), f"power {true:.2f}")
 
 
 if __name__ == "__main__":

@@ -158,7 +158,7 @@ def _likelihoods() -> Iterator[Row]:
             return propagate(answers, LOGISTIC, sd, start, 1e-6)
 
         error = abs(work().log_z - truth) / 30
-        yield _row(f"{case}: expectation propagation", "converged", seconds(work, repeats=3), error, note)
+        yield row(f"{case}: expectation propagation", "converged", seconds(work, repeats=3), error, note)
         peers: dict[tuple[str, str], Callable[[], float]] = {
             ("Laplace, dense", "converged"): partial(laplace, won, sites.theta, sd)
         }
@@ -167,7 +167,7 @@ def _likelihoods() -> Iterator[Row]:
             peers["importance sampling from that posterior", f"{draws} draws"] = peer
         for (name, parameter), peer in peers.items():
             error = abs(peer() - truth) / 30
-            yield _row(f"{case}: {name}", parameter, seconds(peer, repeats=3), error, "at given strengths")
+            yield row(f"{case}: {name}", parameter, seconds(peer, repeats=3), error, "at given strengths")
 
 
 def _spreads(studies: int) -> Iterator[Row]:
@@ -192,7 +192,7 @@ def _false_differences(sd: float, observers: int, studies: int, *, camps: bool =
     case = f"equal strengths, {observers} observers{' in two camps' if camps else ''}, {ITEMS} items, each pair once"
     share = false / studies
     note = f"a false difference in {100 * share:.1f} % of {studies} studies"
-    return _row(case, f"sd {sd:g}", None, abs(share - 0.05), note)
+    return row(case, f"sd {sd:g}", None, abs(share - 0.05), note)
 
 
 def spreads(sd: float, observers: int, studies: int, width: float = 1.0, items: int = ITEMS) -> Iterator[Row]:
@@ -235,10 +235,10 @@ def spreads(sd: float, observers: int, studies: int, width: float = 1.0, items: 
     )
     note += f", differences of strengths in {share[2]:.1f} %; observers differ (p < 0.05) in {share[1]:.1f} %"
     distance = abs(np.mean(ours) - sd) / (sd or 1)
-    yield _row(f"{case}: fit", f"sd {sd:g}", float(np.median(times)), float(distance), f"{note}; {studies} studies")
+    yield row(f"{case}: fit", f"sd {sd:g}", float(np.median(times)), float(distance), f"{note}; {studies} studies")
     if found:
         note = f"mean {np.mean(found):.3f}; {len(found)} studies"
-        yield _row(f"{case}: Laplace, unadjusted", f"sd {sd:g}", None, float(abs(np.mean(found) - sd) / sd), note)
+        yield row(f"{case}: Laplace, unadjusted", f"sd {sd:g}", None, float(abs(np.mean(found) - sd) / sd), note)
 
 
 def large_table(groups: int = 20, observers: int = 1000, items: int = 200, answers: int = 200) -> Comparisons:
@@ -270,11 +270,7 @@ def _large() -> Row:
     note += f"sd {spread.estimate:.4f} (95 % {spread.low:.4f} to {spread.high:.4f}), 0.7 in truth"
     answers = size[0] * size[1] * size[3] / 1e6
     case = f"{size[1]} observers, {size[0]} groups of {size[2]} items, {answers:g} million answers"
-    return _row(f"{case}: fit", "whole fit", wall, abs(spread.estimate - 0.7) / 0.7, note)
-
-
-def _row(series: str, parameter: str, time_s: float | None, error: float | None, note: str = "") -> Row:
-    return row(series, parameter, time_s, error, note=note)
+    return row(f"{case}: fit", "whole fit", wall, abs(spread.estimate - 0.7) / 0.7, note)
 
 
 if __name__ == "__main__":

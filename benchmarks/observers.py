@@ -52,22 +52,22 @@ def _triads(n: int) -> Iterator[Row]:
     at = int(np.abs(exact - LEVEL).argmin())
     chance = float(exact[at])
     time = seconds(lambda: triad_chances.__wrapped__(n))
-    yield _row(f"{case}: tournaments by their scores", "exact", time, 0.0, "all chances at once, kept for the session")
+    yield row(f"{case}: tournaments by their scores", "exact", time, 0.0, "all chances at once, kept for the session")
     if comb(n, 2) <= 15:
         time = seconds(lambda: _one_by_one(n, at), repeats=3)
-        yield _row(f"{case}: every tournament", "exact", time, abs(_one_by_one(n, at) / chance - 1))
+        yield row(f"{case}: every tournament", "exact", time, abs(_one_by_one(n, at) / chance - 1))
     third = -3 * triads * (n - 4) / 32
 
     def by_moments() -> float:
         return from_moments(at, 0.5, triads / 4, 3 * triads / 16, third).p
 
-    yield _row(f"{case}: χ²", "", seconds(by_moments), abs(by_moments() / chance - 1))
+    yield row(f"{case}: χ²", "", seconds(by_moments), abs(by_moments() / chance - 1))
     for draws in sized((1_000, 10_000, 100_000), (1_000,)):
         random = np.random.default_rng(n)
         tossed = np.array([_tossed(n, at, draws, random) for _ in range(10)])
         time = seconds(lambda draws=draws, random=random: _tossed(n, at, draws, random), repeats=3)
         error = float(np.sqrt(np.mean((tossed / chance - 1) ** 2)))
-        yield _row(f"{case}: simulated", f"{draws} draws", time, error, "root mean square of ten runs")
+        yield row(f"{case}: simulated", f"{draws} draws", time, error, "root mean square of ten runs")
 
 
 def _one_by_one(n: int, at: int) -> float:
@@ -91,13 +91,13 @@ def _agreement() -> Iterator[Row]:
     case, k = "agreement u, n = 10, 30 observers", np.full(45, 30)
     exact = np.cumsum(concordance.disagreement_chances(k))
     at = int(np.abs(exact - LEVEL).argmin())
-    yield _row(f"{case}: exact", "", seconds(lambda: concordance.disagreement_chances(k)), 0.0)
+    yield row(f"{case}: exact", "", seconds(lambda: concordance.disagreement_chances(k)), 0.0)
     together = float((k * (k - 1)).sum())
 
     def by_moments() -> float:
         return from_moments(at, 0.5, together / 4, together / 8, -together * 28 / 8).p
 
-    yield _row(f"{case}: χ²", "", seconds(by_moments), abs(by_moments() / float(exact[at]) - 1))
+    yield row(f"{case}: χ²", "", seconds(by_moments), abs(by_moments() / float(exact[at]) - 1))
 
 
 def _strangers() -> Iterator[Row]:
@@ -115,8 +115,8 @@ def _strangers() -> Iterator[Row]:
             return renamed
 
         case, error = f"a million verdicts renamed, n = {n}", float(np.abs(by_rows() - by_numbers()).max())
-        yield _row(f"{case}: by rows", "", seconds(by_rows), error)
-        yield _row(f"{case}: number by number", "", seconds(by_numbers), 0.0)
+        yield row(f"{case}: by rows", "", seconds(by_rows), error)
+        yield row(f"{case}: number by number", "", seconds(by_numbers), 0.0)
 
 
 def _left_out() -> Iterator[Row]:
@@ -130,13 +130,9 @@ def _left_out() -> Iterator[Row]:
         slow = np.array([fit(counts, method="firth").theta for counts in rest])
         error = float(np.abs(fit_each(rest, "firth").theta - slow).max())
         case = f"fits without each of 30 observers, n = {n}"
-        yield _row(f"{case}: batched", "", seconds(lambda rest=rest: fit_each(rest, "firth")), error)
+        yield row(f"{case}: batched", "", seconds(lambda rest=rest: fit_each(rest, "firth")), error)
         time = seconds(lambda rest=rest: [fit(counts, method="firth") for counts in rest], repeats=3)
-        yield _row(f"{case}: one by one", "", time, 0.0)
-
-
-def _row(series: str, parameter: str, time: float, error: float, note: str = "") -> Row:
-    return row(series, parameter, time, error, note=note)
+        yield row(f"{case}: one by one", "", time, 0.0)
 
 
 if __name__ == "__main__":

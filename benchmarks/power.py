@@ -132,12 +132,12 @@ def _curves(design: Plan, truth: Floats) -> Iterator[Row]:
         reported = float(np.sqrt((estimate.separates_error**2).mean()))
         time = seconds(lambda r=replicates: simulate_power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
         note = f"reported standard error: {reported:.2g}"
-        yield _row("in blocks", f"{replicates} studies", time, _error(estimate.separates[0], truth), note)
+        yield row("in blocks", f"{replicates} studies", time, _error(estimate.separates[0], truth), note)
     for replicates in sized((30, 100, 300), (10,)):
         began = perf_counter()
         slow_estimate = one_by_one(design, OBSERVERS, replicates)
         time = perf_counter() - began
-        yield _row("one by one", f"{replicates} studies", time, _error(slow_estimate, truth))
+        yield row("one by one", f"{replicates} studies", time, _error(slow_estimate, truth))
 
 
 def _as_the_report() -> Iterator[Row]:
@@ -148,14 +148,12 @@ def _as_the_report() -> Iterator[Row]:
         reported = float(np.sqrt((estimate.separates_error**2).mean()))
         time = seconds(lambda r=replicates: simulate_power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
         note = f"reported standard error: {reported:.2g}"
-        yield _row(
-            "as the report, in blocks", f"{replicates} studies", time, _error(estimate.separates[0], truth), note
-        )
+        yield row("as the report, in blocks", f"{replicates} studies", time, _error(estimate.separates[0], truth), note)
     for replicates in sized((30, 100), (3,)):
         began = perf_counter()
         slow_estimate = by_report(design, OBSERVERS, replicates)
         time = perf_counter() - began
-        yield _row("as the report, one by one", f"{replicates} studies", time, _error(slow_estimate, truth))
+        yield row("as the report, one by one", f"{replicates} studies", time, _error(slow_estimate, truth))
 
 
 def _smallest(n: int, observers: int) -> Iterator[Row]:
@@ -175,10 +173,10 @@ def _smallest(n: int, observers: int) -> Iterator[Row]:
     began = perf_counter()
     share = float(by_report(design, observers, some)[0])
     one_by_one_s = perf_counter() - began
-    yield _row(f"{SMALLEST}, as check has it", job, time, abs(direct - found.target), _found(found, direct))
-    yield _row(f"studies at it, {many} in blocks", job, in_blocks, error, "its standard error")
+    yield row(f"{SMALLEST}, as check has it", job, time, abs(direct - found.target), _found(found, direct))
+    yield row(f"studies at it, {many} in blocks", job, in_blocks, error, "its standard error")
     off = f"by the report's own analysis: {100 * share:.0f} %"
-    yield _row(f"studies at it, {some} one by one", job, one_by_one_s, abs(share - found.target), off)
+    yield row(f"studies at it, {some} one by one", job, one_by_one_s, abs(share - found.target), off)
 
 
 def _by_arrangement(studies: int) -> Iterator[Row]:
@@ -198,7 +196,7 @@ def _by_arrangement(studies: int) -> Iterator[Row]:
             last = nats, float(chance)
         most = "" if np.isfinite(found) else f", {100 * last[1]:.0f} % at most"
         job, time = f"{n} stimuli, {observers} observers, {name}", perf_counter() - began
-        yield _row(f"{SMALLEST} by arrangement, {studies} studies", job, time, None, f"{found:.2f} nats{most}")
+        yield row(f"{SMALLEST} by arrangement, {studies} studies", job, time, None, f"{found:.2f} nats{most}")
 
 
 def _found(found: SmallestDifference, share: float) -> str:
@@ -228,15 +226,11 @@ def _jobs(design: Plan) -> Iterator[Row]:
             began = perf_counter()
             simulate_power(wanted, sizes, replicates=replicates, workers=workers)
             where = "this process" if workers == 1 else "two processes, their start included"
-            yield _row(job, where, perf_counter() - began, None)
+            yield row(job, where, perf_counter() - began, None)
 
 
 def _error(estimate: Floats, truth: Floats) -> float:
     return float(np.sqrt(((estimate - truth) ** 2).mean()))
-
-
-def _row(series: str, parameter: str, time: float, error: float | None, note: str = "") -> Row:
-    return row(series, parameter, time, error, note=note)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ import numpy as np
 from documents.arrays import Floats
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import numbers, program, seconds, sized
+from curves import numbers, program, row, seconds, sized
 from promises import Promise, worst
 from simulated_studies import Design, as_comparisons
 
@@ -84,10 +84,6 @@ def _without(comparisons: Comparisons, person: int) -> Comparisons:
     )
 
 
-def _row(series: str, parameter: str, time: float | None, error: float | None, note: str = "", **more: object) -> Row:
-    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note, **more}
-
-
 def _chances(scores: Scores) -> Iterator[Row]:
     def sampled() -> Floats:
         random = np.random.default_rng(1)
@@ -98,9 +94,9 @@ def _chances(scores: Scores) -> Iterator[Row]:
         return np.asarray(np.median(p, axis=0))
 
     ours = np.array([pair.first_preferred.value for pair in pair_probabilities(scores).pairs])
-    yield _row("probability of every pair", "closed form", seconds(lambda: pair_probabilities(scores)), 0.0)
+    yield row("probability of every pair", "closed form", seconds(lambda: pair_probabilities(scores)), 0.0)
     error = float(np.abs(sampled() - ours).max())
-    yield _row("probability of every pair: sampled", "20,000 draws", seconds(sampled, repeats=3), error)
+    yield row("probability of every pair: sampled", "20,000 draws", seconds(sampled, repeats=3), error)
 
 
 def _residuals(scores: Scores) -> Iterator[Row]:
@@ -123,8 +119,8 @@ def _residuals(scores: Scores) -> Iterator[Row]:
     names = scores.comparisons.items
     own = np.array([ours[frozenset((names[i], names[j]))] for i, j in combinations(range(n), 2)])
     error = float(np.abs(own - slowly()).max())
-    yield _row("residuals of pairs", "all at once", seconds(lambda: pair_residuals(scores)), error)
-    yield _row("residuals of pairs: a score test for each", "dense matrices", seconds(slowly), 0.0)
+    yield row("residuals of pairs", "all at once", seconds(lambda: pair_residuals(scores)), error)
+    yield row("residuals of pairs: a score test for each", "dense matrices", seconds(slowly), 0.0)
 
 
 def _triples(scores: Scores) -> Iterator[Row]:
@@ -144,9 +140,9 @@ def _triples(scores: Scores) -> Iterator[Row]:
     assert result is not None
     time = seconds(lambda: transitivity(scores, replicates=1000), repeats=3)
     error = float(abs(result.strong.broken - slowly()))
-    yield _row("transitivity and 2000 simulated studies", "vectorised", time, error, "error in broken triples")
+    yield row("transitivity and 2000 simulated studies", "vectorised", time, error, "error in broken triples")
     plain = 2001 * seconds(slowly)
-    yield _row("transitivity and 2000 simulated studies: loops", "time of one, times 2001", plain, 0.0)
+    yield row("transitivity and 2000 simulated studies: loops", "time of one, times 2001", plain, 0.0)
 
 
 def _models(comparisons: Comparisons) -> Iterator[Row]:
@@ -164,9 +160,9 @@ def _models(comparisons: Comparisons) -> Iterator[Row]:
 
     ours = np.array([line.log_likelihood for line in compare_models(comparisons).models])
     error = float(np.abs(ours - slowly()).max())
-    yield _row("models, each observer left out", "one batch", seconds(lambda: compare_models(comparisons)), error)
+    yield row("models, each observer left out", "one batch", seconds(lambda: compare_models(comparisons)), error)
     time = seconds(slowly, repeats=3)
-    yield _row("models, each observer left out: one by one", f"{2 * len(comparisons.observers)} fits", time, 0.0)
+    yield row("models, each observer left out: one by one", f"{2 * len(comparisons.observers)} fits", time, 0.0)
 
 
 def _multiverse(scores: Scores) -> Iterator[Row]:
@@ -190,9 +186,9 @@ def _multiverse(scores: Scores) -> Iterator[Row]:
     wrong = sum(a.labels != b for a, b in zip(result.analyses, slowly(), strict=True))
     time = seconds(lambda: multiverse(scores, adjustments=ADJUSTMENTS), repeats=3)
     note = f"{len(result.analyses)} analyses of {result.fits} fits, {result.fits_spared} fits spared; error in classes"
-    yield _row("multiverse", "fits shared", time, float(wrong), note)
+    yield row("multiverse", "fits shared", time, float(wrong), note)
     time = seconds(slowly, repeats=1, at_least_s=0)
-    yield _row("multiverse: each analysis from the start", f"{len(result.analyses)} fits", time, 0.0)
+    yield row("multiverse: each analysis from the start", f"{len(result.analyses)} fits", time, 0.0)
 
 
 def levels(observers: int, spread: float, studies: int) -> Iterator[Row]:
@@ -202,7 +198,7 @@ def levels(observers: int, spread: float, studies: int) -> Iterator[Row]:
     for name, (share, used) in shares.items():
         level = name.startswith("false")
         error = abs(share - 0.05) if level else None
-        yield _row(name, case, None, error, f"{100 * share:.1f} % of {used} studies", share=share)
+        yield row(name, case, None, error, f"{100 * share:.1f} % of {used} studies", share=share)
 
 
 def _equivalent(observers: int, spread: float, studies: int) -> dict[str, tuple[float, int]]:

@@ -27,7 +27,7 @@ RESIDUAL_COST = 60
 class ChannelInteraction:
     """``files`` stand between encoding and pass, with their ``uniforms``, and ``tables`` of (rows, texels, 4) numbers.
 
-    ``cost``: times the plain colour pass, about; see benchmarks/plvc_pass.py.
+    ``cost``: times the plain colour pass, about; see benchmarks/passes.py.
     """
 
     files: tuple[str, ...] = ()

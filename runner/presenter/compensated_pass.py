@@ -16,7 +16,7 @@ from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
 from runner.presenter.shaders import Uniform
 
-COST = 1  # plain colour passes more, about; see benchmarks/crosstalk.py
+COST = 1  # plain colour passes more, about; see benchmarks/passes.py
 INVERSIONS = 3
 CORNER = PixelGrid((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 
