@@ -74,6 +74,7 @@ def test_separated_items_are_named_and_the_penalised_fit_is_offered(call: Call) 
     assert scored["items"][0]["name"] == "a"
     assert [pair["high"] is None for pair in scored["pairs"]["pairs"]] == [True, True, False]  # a's have no upper end
     assert json.loads(call(["scores", "-", "--json", "--pairs"], table).stdout) == scored
+    assert "'a': never lost" in call(["scores", "-", "--method", "firth"], table).stdout
     apart = call(["scores", "-", "--json"], table + "d,e\n")
     assert (apart.returncode, json.loads(apart.stdout)["items"][0]["theta"]) == (1, None)
 

@@ -250,6 +250,8 @@ def test_a_table_of_pwcmp() -> None:
     assert told.wins.tolist() == [[0, 1], [2, 0]]
     assert told.wins_by_observer()[1].tolist() == [[0, 0], [1, 0]]
     assert told.group.tolist() == [0, 1, 0]
+    words = PWCMP.replace(",0\n", ",False\n").replace(",1\n", ",TRUE\n")
+    assert read(words).comparisons.wins.tolist() == told.wins.tolist()
 
 
 @pytest.mark.parametrize(

@@ -135,6 +135,9 @@ def test_groups_that_differ_are_seen_and_the_same_ones_are_not() -> None:
     same, other = (known(score_groups(from_answers(drawn(4, observers=20, shift=s))).agreement) for s in (0.0, 3.0))
     assert known(same.p) > 0.2
     assert known(other.p) < 0.01
+    for agreement in (same, other):  # some directions that observers vary in, neither one nor all alike
+        assert 1.5 < known(agreement.df_between) < agreement.df - 0.1
+        assert known(agreement.df_within) == pytest.approx(19 * known(agreement.df_between))
 
 
 def test_many_observers_are_taken_together_in_units(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,6 +52,13 @@ def test_what_is_recorded_is_what_was_shown_and_pressed(play: Play) -> None:
     assert all(one != other for one, other in pairwise(order))
 
 
+def test_how_long_it_takes_grows_by_what_is_shown_and_asked() -> None:
+    plain, timed, one = block(), block(exposure_s=0.5, blank_s=1.0), met("rating", PLACE, ratings=SCALES[:1], repeats=2)
+    assert plain.trials == timed.trials == one.trials == 6
+    assert timed.expected_s - plain.expected_s == pytest.approx(6 * 1.5)
+    assert plain.expected_s == 2 * one.expected_s
+
+
 def test_the_next_picture_is_made_ready_while_this_one_is_rated(play: Play) -> None:
     played = play(block(break_every=4))
     seen = list(dict.fromkeys(scene for scene in played.shown if scene.stimuli))
