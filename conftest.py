@@ -380,6 +380,11 @@ def _regions(folder: Path) -> dict[str, Any]:
     return {"saturated": photo[..., 1] > 1000}
 
 
+def _each(*prepares: Prepare) -> Prepare:
+    """Return what does each of ``prepares``."""
+    return lambda folder: {name: value for prepare in prepares for name, value in prepare(folder).items()}
+
+
 @pytest.hookimpl(optionalhook=True)  # pages are tested without pytest-xdist
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """One more than the cores, since tests of windows wait, but eight at most, which take some 5 GB of memory."""
@@ -409,21 +414,19 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 # What the snippets of a page take for granted, by the page's name.
 PAGES: Mapping[str, Prepare] = {
     "README": _with_results("my_study"),
-    "align": _align,
     "best_of_series": _series,
     "bids": _bids,
     "colour": _colours,
-    "crosstalk": _plate,
+    "compare": _regions,
     "diagnose": _panel,
+    "display": _plate,
     "factors": _table,
-    "luminance": _plate,
     "measures": _colours,
-    "observer_table": _with_results("dynamic_range", observers=7),
-    "hierarchical": _table,
+    "modes": _plate,
+    "observer_table": _each(_with_results("dynamic_range", observers=7), _table),
     "pair_models": _table,
-    "presenter": _plate,
+    "prepare": _each(_plate, _align),
     "python": _with_results("dynamic_range"),
-    "regions": _regions,
     "report": _with_results("dynamic_range"),
     "scores": _table,
     "screening": _with_results("my_study"),

@@ -30,12 +30,13 @@ A key in bold has to be there. How to write a file is in [session.md](session.md
 _OPTIONS = """# What commands and options are there?
 
 Made by `make api` from the commands themselves: `cyclopean COMMAND --help` prints the same.
-[command_line.md](command_line.md) says what all commands have in common.
+[check.md](check.md#how-do-i-find-out-what-to-type) says what all commands have in common.
 """
 _RECORDS = """# What does each line of a session's log have?
 
 Made by `make api` from the types that read a log. A field in bold has to be there. What is checked beyond the types,
-and what the checksums prove, is in [records.md](records.md). Times are in seconds unless the name says otherwise.
+and what the checksums prove, is in [session.md](session.md#how-do-i-read-a-sessions-log). Times are in seconds unless
+the name says otherwise.
 """
 # What a kind of file is called as a heading, in the order of the page.
 FILES = {

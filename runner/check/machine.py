@@ -109,7 +109,7 @@ def check_gamma_table(report: CheckReport, rig: Rig, filled: tuple[Monitor, ...]
     if verdict.refusal:
         (report.warnings if accept else report.errors).append(Finding(verdict.refusal, rig.file, remedy=REMEDY))
     if verdict.warning:
-        report.warnings.append(Finding(verdict.warning, rig.file, remedy="see docs/gamma_table.md"))
+        report.warnings.append(Finding(verdict.warning, rig.file, remedy="see docs/modes.md"))
 
 
 def _loaded(monitor: Monitor, rig: Rig) -> LoadedTable:

@@ -286,7 +286,7 @@ def _check_table(session: ReadingRun, now: GammaTable) -> None:
     before = GammaTable.from_json(session.header.get("gamma_table", {"unknown": "the readings do not state it"}))
     if before.same_as(now) is False:
         what = f"the measurement began with another gamma table: {before.sentence()}; now it is {now.sentence()}"
-        remedy = "load that table again, or begin a new measurement; see docs/gamma_table.md"
+        remedy = "load that table again, or begin a new measurement; see docs/modes.md"
         raise MeasuringError(Finding(what, str(session.file), remedy=remedy))
 
 

@@ -12,7 +12,7 @@ from runner.presenter.surfaces.gamma_tables import LoadedTable
 
 REMEDY = (
     "load that table again (night light, a colour profile or a calibration loader may have changed it), or measure the "
-    "display again; --accept-gamma-table uses it as it is, see docs/gamma_table.md"
+    "display again; --accept-gamma-table uses it as it is, see docs/modes.md"
 )
 Loaded = Mapping[Eye, LoadedTable]
 

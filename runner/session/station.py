@@ -493,7 +493,7 @@ class _Conditions:
         if change := self.station.watch.change(now=now):
             self.session.note(change, "program")
             if not self.station.gamma_may_change:
-                raise SessionStoppedError(f"{change}. Load that table again (docs/gamma_table.md)")
+                raise SessionStoppedError(f"{change}. Load that table again (docs/modes.md)")
 
 
 def _drawable_labels(surface: Surface, experiment: Experiment) -> dict[str, str]:

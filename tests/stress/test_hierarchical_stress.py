@@ -304,7 +304,7 @@ def reported(wins: Floats) -> tuple[Floats, Floats]:
     ("observers", "between"), [(15, 0.0), (15, 0.7), (5, 0.7), (15, 0.4), (5, 0.0)][: how_many(3, 5)]
 )
 def test_the_report_covers_what_endless_observers_would_answer(observers: int, between: float) -> None:
-    """As docs/pooled_pairs.md states: 20 stimuli, ten trials per stimulus and observer, intervals of differences."""
+    """As docs/blocks.md states: 20 stimuli, ten trials per stimulus and observer, intervals of differences."""
     first, second = np.triu_indices(20, 1)
     covered: dict[str, list[float]] = {"endless observers": [], "mean strengths": [], "endless, model": []}
     for study in range(20):

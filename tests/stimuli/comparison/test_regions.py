@@ -211,7 +211,7 @@ def test_limits_come_from_the_file(regions_of: Write) -> None:
     assert regions_of("{kind: plate}", limits="{delta_e: null}").limits == Limits()
 
 
-PAGE = Path(__file__).parents[3] / "docs/regions.md"
+PAGE = Path(__file__).parents[3] / "docs/compare.md"
 
 
 def test_the_page_and_the_file_know_every_limit() -> None:

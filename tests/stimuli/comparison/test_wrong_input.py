@@ -269,4 +269,4 @@ def test_a_picture_seen_from_the_moon_is_refused(pixels_per_degree: float) -> No
 
 # The regions file that the page shows can be read and placed.
 
-PAGE = Path(__file__).parents[3] / "docs/regions.md"
+PAGE = Path(__file__).parents[3] / "docs/compare.md"
