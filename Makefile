@@ -94,7 +94,7 @@ psychopy: env
 	@test -x .venv-psychopy/bin/python || $(PYTHON) -m venv .venv-psychopy
 	@.venv-psychopy/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
 		-r benchmarks/peers/psychopy-requirements.txt \
-		|| echo "note: PsychoPy cannot be installed here; its rows are left out"
+		|| { rm -rf .venv-psychopy; echo "note: PsychoPy cannot be installed here; its rows are left out"; }
 
 bench-psychopy: test-tools psychopy
 	$(BIN)/python benchmarks/trial_switch.py
