@@ -76,7 +76,7 @@ from devices.profiles.tag_table import parse_profile_file
 from devices.readings import Measurements, PatchOnScreen, find_sets, read_csv, steps
 from devices.readings.simulated import Faults, Simulated
 from documents.arrays import Floats
-from extensions.profiles import CubeInput, WrittenProfile, cube_of_model, profile_of_model
+from extensions.profiles import CubeInput, ProfileKind, WrittenProfile, cube_of_model, profile_of_model
 from extensions.sparkle import contrast_over_exposure
 from stimuli.pictures import StereoImage
 from tests.devices.profiles.little_cms import through
@@ -458,7 +458,7 @@ def _read_times() -> list[Row]:
 
 
 PROFILE_COLOURS = sized(4000, 100)
-FORMS: tuple[tuple[str, int | None], ...] = (
+FORMS: tuple[tuple[ProfileKind, int | None], ...] = (
     ("matrix", None),
     ("table", 5),
     ("table", 9),
@@ -483,8 +483,7 @@ def _profile_rows(name: str, model: DisplayModel) -> list[dict[str, object]]:
     for kind, points in sized(FORMS, (FORMS[0], FORMS[4])):
         if kind == "matrix" and not model.additive:
             continue
-        # `kind` is one of the names above, which a loop makes plain text.
-        make = partial(profile_of_model, model, "benchmark", kind=kind, points=points)  # type: ignore[arg-type]
+        make = partial(profile_of_model, model, "benchmark", kind=kind, points=points)
         made: WrittenProfile = make()
         profile = profile_of(parse_profile_file(made.data, "made"))
         luminance = profile.white_cd_m2(None)

@@ -52,7 +52,7 @@ import numpy as np
 from curves import Row, program, row, seconds, sized, times_faster
 from moderngl import Context, Framebuffer, Texture
 from numpy.typing import NDArray
-from promises import Promise, worst
+from promises import Promise, times_as_fast, worst
 
 from analysis.records import SurfaceFacts
 from devices.characterise.parametric import fit_parametric
@@ -353,10 +353,10 @@ def colour_pass() -> dict[str, object]:
     """Return the rows, measured on the EGL driver that this machine gives."""
     with open_surface("egl", SIZE_PX) as surface:
         renderer = surface.facts.renderer
-        rows = pass_rows(surface) + frame_rows(surface)
+        passes, frames = pass_rows(surface), frame_rows(surface)
+    rows = passes + frames
     of_shipped = [row for row in rows if row["series"] == "as shipped"]
-    copies = {str(row["series"]): row["seconds"] for row in rows}
-    ratio = copies["steady frame"] / copies["plain copy: the same two pictures"]  # type: ignore[operator]  # numbers
+    ratio = times_as_fast(frames, "plain copy: the same two pictures", "steady frame")
     promises = [
         Promise("largest error at gamma 2.4, before rounding", worst(of_shipped), 0.001, "error", unit="codes"),
         Promise("at gamma 2.9", worst(of_shipped, "error_gamma_2_9"), 0.003, "error", unit="codes"),

@@ -384,6 +384,8 @@ def _software(report: Report, cited: Citations) -> str:
     run = dict.fromkeys(filter(None, (_versions(each) for session in report.sessions for each in session.software)))
     here = {name: importlib.metadata.version(name) for name in ("cyclopean", "numpy", "scipy")}
     made = f"The report was computed with {_versions(here)}."
+    if resumed := sum(len(session.software) > 1 for session in report.sessions):
+        made = f"Versions changed within {counted(resumed, 'session')}, on resuming. {made}"
     return f"Sessions were run with {'; others with '.join(run)}. {made}" if run else made
 
 

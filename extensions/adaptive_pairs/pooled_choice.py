@@ -37,7 +37,7 @@ def pooled_batch(stimuli: int) -> int:
     """Return how many pairs of ``stimuli`` are chosen at a time where nothing is said.
 
     A sixth as many as stimuli, but 5 at least where as many do not share one: few enough that what others answer
-    meanwhile counts soon (docs/blocks.md has the errors of both).
+    meanwhile counts soon (docs/decisions/0088 has the errors of both).
     """
     return max(1, min(stimuli // 2, max(_LEAST_BATCH, stimuli // 6)))
 

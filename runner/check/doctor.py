@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import os
 import platform
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -343,10 +343,9 @@ def _timing(
 def _package(name: str) -> PackageReport:
     """Flat package names can be taken by others: report where each is imported from."""
     root = Path(__file__).resolve().parents[2]
-    try:
-        file = importlib.import_module(name).__file__
-    except ModuleNotFoundError:  # the extensions alone can be left out
+    if importlib.util.find_spec(name) is None:  # the extensions alone can be left out
         return PackageReport("", "not installed: what needs one of them says so")
+    file = importlib.import_module(name).__file__
     folder = Path(file).resolve().parents[1] if file else None
     problem = None if folder == root else f"imported from {folder}, not from {root}: another distribution hides it"
     return PackageReport(str(folder), problem)

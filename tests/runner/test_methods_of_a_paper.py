@@ -180,7 +180,9 @@ def test_each_version_that_a_session_was_run_with_is_told(
         began, resumed = read_session(log.file).software
         assert began == log.header.software
         assert resumed == {**began, "cyclopean": "98.7", "numpy": "1.2"}
-    assert "cyclopean 98.7 and numpy 1.2" in report(results).answer("software")
+    answer = report(results).answer("software")
+    assert "cyclopean 98.7 and numpy 1.2" in answer
+    assert "changed within 1 session, on resuming" in answer
 
 
 def test_the_experiment_file_fills_blanks(tmp_path: Path, report: Callable[..., Told]) -> None:
